@@ -55,6 +55,7 @@ def closest_pairs(data: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return the pairs of parameters with the most correlated refits, in descending order."""
     if len(data["refits"]) < LEAST_DRAWS:
         return []
+    # A constant has no correlation.
     draws = {name: own for name, own in draws_in_sigmas(data).items() if np.ptp(own) > 0.0 and np.all(np.isfinite(own))}
     sizes = {pair: abs(float(np.corrcoef(draws[pair[0]], draws[pair[1]])[0, 1])) for pair in combinations(draws, 2)}
     ordered = sorted(sizes, key=lambda pair: -sizes[pair])
@@ -63,12 +64,14 @@ def closest_pairs(data: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def _scatter(data: Mapping[str, Any], figure: Any) -> None:
     axes, draws = figure.subplots(), draws_in_sigmas(data)
+    # 95 % of a normal distribution, as much as each bar holds of the refits.
     axes.axvspan(-1.96, 1.96, color=MODELLED, alpha=0.15, linewidth=0.0)
     for row, own in enumerate(draws.values()):
         low, mean, high = np.quantile(own, 0.025), own.mean(), np.quantile(own, 0.975)
         axes.plot((low, high), (row, row), color=MEASURED, linewidth=3.0)
         axes.plot(mean, row, "o", color=INK, markersize=3.0)
     axes.set_yticks(range(len(draws)), list(draws))
+    # Downwards, so that the parameters have the order of the table.
     axes.set_ylim(len(draws) - 0.5, -0.5)
     axes.set_xlabel("from the estimate, standard errors")
     figure.subplots_adjust(left=NAMES_FROM)

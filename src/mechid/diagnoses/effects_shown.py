@@ -47,6 +47,7 @@ def _most_apart(one: Missing) -> str:
     own = {n: (p.value, p.std_error) for n, p in one.parameters.items() if n.startswith("record.") and p.std_error}
     if len(own) < LEAST_TO_COMPARE:
         return ""
+    # The median is not moved by the one value that differs.
     middle = median(value for value, _ in own.values())
     apart = {name: abs(value - middle) for name, (value, error) in own.items() if abs(value - middle) >= CLEAR * error}
     if not apart:

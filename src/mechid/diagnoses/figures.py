@@ -68,12 +68,14 @@ def _spectra(one: ResidualSpectra, acts: Mapping[str, Sequence[float]], figure: 
     axes, f = figure.subplots(), one.frequency_hz
     low, high = one.noise / BELOW_NOISE, 2.0 * float(max(one.before.max(), one.after.max()))
     names = sorted(one.shares, key=lambda name: -float(one.shares[name].max()))
+    # More effects than colours: the smallest ones share the last colour.
     colours = {name: SHARES[min(k, len(SHARES) - 1)] for k, name in enumerate(names)}
     for name in names:
         share = np.maximum(one.shares[name], FAINTEST * low)
         axes.fill_between(f, low, share, color=colours[name], alpha=0.25, linewidth=0.0)
         axes.plot(f, share, color=colours[name], linewidth=0.8, label=f"share of {name}")
     axes.plot(f, one.before, color=RESIDUAL_COLOUR, linewidth=1.1, label=f"residual, {AS_WRITTEN}")
+    # Without an effect both models are the same, and the second curve would hide the first.
     if not np.array_equal(one.before, one.after):
         words = WITH_EFFECTS if names else NEAREST
         axes.plot(f, one.after, color=EFFECT, linewidth=0.8, label=f"residual, {words}")
@@ -89,6 +91,7 @@ def _spectra(one: ResidualSpectra, acts: Mapping[str, Sequence[float]], figure: 
 def _mark(axes: Any, places: Sequence[tuple[float, str]]) -> None:
     """Mark frequencies with their number at the upper edge if there is room; the table lists all of them."""
     low, high = axes.get_xlim()
+    # On a logarithmic axis the width of a label is a ratio of frequencies.
     room = (high / low) ** (LABEL_IN / (WIDTH_IN - LEFT_IN - RIGHT_IN))
     free_from = [low] * LABEL_ROWS
     for hz, colour in sorted(places):

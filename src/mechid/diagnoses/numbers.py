@@ -102,6 +102,7 @@ def _outcome(held_out: Sequence[HeldOut]) -> ComparisonOutcome:
     if not held_out:
         return ComparisonOutcome.UNTESTED
     before, after = (math.hypot(*values) for values in zip(*((h.before, h.after) for h in held_out), strict=True))
+    # Negated, so that NaN counts as a failed prediction.
     if not after < math.inf or after > (1.0 + BETTER) * before:
         return ComparisonOutcome.DISPUTED
     return ComparisonOutcome.AGREED if after < (1.0 - BETTER) * before else ComparisonOutcome.UNDECIDED_BY_PREDICTION

@@ -24,6 +24,7 @@ from mechid.records import Record
 from mechid.signal.envelope import peak_groups
 from mechid.simulation.simulator import TimeBase
 
+# `window_length` returns no window below 16 samples.
 LEAST_SAMPLES = 16 * EMISSION.least_windows
 LINE_ALPHA = 0.025
 """Chance that the background's line at a listed line is larger than stated."""
@@ -111,6 +112,7 @@ class Assessor:
         """Return the spectra at the resolution of a power density, no finer than the record's own windows."""
         if requirement.kind != PSD:
             return None
+        # Even, since windows overlap by half.
         own = min(2 * max(round(0.5 * data.sample_rate_hz / requirement.resolution_hz), 8), length)
         direction = self._declared.own_direction(requirement)
         background = self._chosen.get(direction)
@@ -155,6 +157,7 @@ class Assessor:
 
     def result(self) -> Emission:
         """Return the verdicts over all records that were added."""
+        # Usable is the band that every record covers.
         low = max((band[0] for band in self._bands), default=np.nan)
         high = min((band[1] for band in self._bands), default=np.nan)
         assessments = tuple(
@@ -228,6 +231,7 @@ def _stretches(record: CampaignRecord, data: Record) -> Iterator[tuple[slice, fl
         yield slice(0, data.samples), float(rate[0, 1])
         return
     size = max(round(EMISSION.stretch_s * data.sample_rate_hz), LEAST_SAMPLES)
+    # A rest shorter than a stretch is left out: it would have shorter windows and wider bins.
     for first in range(0, max(data.samples - size, 0) + 1, size):
         middle = data.time_start_s + (first + 0.5 * size) / data.sample_rate_hz
         yield slice(first, first + size), float(np.interp(middle, rate[:, 0], rate[:, 1]))
@@ -248,6 +252,7 @@ def _source(data: Record, state: str, rates: tuple[float, ...]) -> SourceFile:
 def _group_bins(name: str, rate: float, direction: str, spectra: Spectra) -> EmissionSpectrum:
     starts = peak_groups(spectra.density.size, EMISSION.groups)
     middle = (starts + np.append(starts[1:], spectra.density.size) - 1) // 2
+    # The largest bin of each group is kept, so that no line disappears between the points of a figure.
     density = np.maximum.reduceat(spectra.density, starts)
     return EmissionSpectrum(
         record=name,

@@ -48,6 +48,7 @@ class Background:
     state: str
     record: Record
     mounting: Mounting | None
+    # Each record asks for them; windows of one length are transformed once.
     _spectra: dict[tuple[str, int], Spectra] = field(default_factory=dict)
     _lines: dict[tuple[str, int], Lines] = field(default_factory=dict)
 
@@ -110,6 +111,7 @@ class Background:
         spectra, lines = self.spectra(direction, length), self.lines(direction, length)
         if spectra is None or lines is None or not abs(rate) > 0.0:
             return
+        # Lines of the mains are in a background at rest too, and may coincide with an order.
         own = lines.frequency_hz[np.isnan(mains_of(lines.frequency_hz, spectra))]
         reach = EMISSION.near_bins * spectra.bin_hz
         wanted = abs(rate) * np.arange(1, EMISSION.moving_orders + 1)
@@ -201,4 +203,5 @@ def choose_background(backgrounds: Sequence[Background], direction: str) -> Back
     mechanism.
     """
     measured = [one for one in backgrounds if one.samples(direction) is not None]
+    # Among equal states the longest record: more windows make narrower bounds.
     return min(measured, key=lambda one: (one.state == HOLDING, -one.record.samples), default=None)

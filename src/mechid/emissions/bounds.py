@@ -49,6 +49,7 @@ def line_bounds(ratio: FloatArray, windows: int, alpha: float) -> tuple[FloatArr
     for sign in (1.0, -1.0):
         at, values = _table(windows, alpha, sign)
         near = np.interp(root, at, values)
+        # Far out, the root of t is normal with variance 1 about sqrt(noncentrality + 2 W - 1).
         far = np.sqrt(np.maximum(root**2 - 2.0 * windows + 1.0, 0.0)) - sign * float(ndtri(1.0 - alpha))
         chosen = np.where(root < at[-1], near, np.maximum(far, 0.0))
         found.append(chosen**2 / (2.0 * windows))
@@ -61,6 +62,7 @@ def _table(windows: int, alpha: float, sign: float) -> tuple[FloatArray, FloatAr
     noncentral = np.linspace(0.0, FAR, KNOTS)
     z = float(ndtri(1.0 - alpha))
     low = np.zeros(KNOTS)
+    # Beyond the quantile: the root of t exceeds the sum of both roots by little more than z.
     high = (noncentral + np.sqrt(2.0 * windows) + z + 4.0) ** 2
     wanted = 1.0 - alpha if sign > 0.0 else alpha
     for _ in range(60):  # the quantile by bisection: SciPy's own inverse fails in far tails
@@ -68,6 +70,7 @@ def _table(windows: int, alpha: float, sign: float) -> tuple[FloatArray, FloatAr
         above = chndtr(middle, 2.0 * windows, noncentral**2) < wanted
         low, high = np.where(above, middle, low), np.where(above, high, middle)
     roots = np.sqrt(0.5 * (low + high))
+    # A sum below the quantile of noise alone has the upper bound 0; the table is continued to the origin.
     return (roots, noncentral) if sign > 0.0 else (np.append(0.0, roots), np.append(0.0, noncentral))
 
 
@@ -81,6 +84,7 @@ def power_bounds(
     >>> [bound.round(3).tolist() for bound in power_bounds(np.array([1.0]), np.array([10.0]), 0.025, 0.025)]
     [[0.488], [3.08]]
     """
+    # The inverse gamma functions need degrees of freedom above 0.
     half = np.maximum(0.5 * np.asarray(dof, dtype=np.float64), 1e-3)
     lower = power * half / gammainccinv(half, alpha_lower)
     upper = power * half / gammaincinv(half, alpha_upper)

@@ -84,6 +84,7 @@ def _one_for_each_rate(spectra: Sequence[EmissionSpectrum]) -> list[EmissionSpec
 def envelope_of(spectra: Sequence[EmissionSpectrum], values: str = "amplitude") -> tuple[FloatArray, FloatArray]:
     """Return the frequencies of the first spectrum and the largest value of all at each."""
     frequency = spectra[0].frequency_hz
+    # Stretches of other lengths have other bins.
     rows = [np.interp(frequency, one.frequency_hz, getattr(one, values)) for one in spectra]
     return frequency, np.max(rows, axis=0)
 
@@ -128,6 +129,7 @@ def _waterfall(own: Sequence[EmissionSpectrum], figure: Any) -> None:
     rows = np.stack([np.interp(frequency, one.frequency_hz, one.amplitude) for one in rated])
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)
     axes = figure.subplots()
+    # The first point is at 0 Hz, which the logarithmic axis does not show.
     high = float(rows[:, 1:].max()) or 1.0
     # the median is near the noise of the bench, below which a waterfall shows nothing
     low = max(float(np.median(rows)), high / 10.0**SHOWN_DECADES)
@@ -137,6 +139,7 @@ def _waterfall(own: Sequence[EmissionSpectrum], figure: Any) -> None:
         np.maximum(rows, low),
         norm=LogNorm(low, high),
         cmap="cividis",
+        # As vectors, each cell would be an element of the SVG.
         rasterized=True,
         shading="nearest",
     )

@@ -63,6 +63,7 @@ def find_lines(spectra: Spectra) -> Lines:
     windows, bins = power.shape
     mean, noise = power.mean(axis=0), spectra.noise * spectra.peak_scale
     ratio = mean / noise
+    # The mean of W periodogram values of noise is a gamma variable; the chance is shared by all bins.
     least = float(gammainccinv(windows, EMISSION.by_chance / bins)) / windows
     peaks = _peaks(mean, ratio, least)
     response, off = _response(np.maximum(mean - noise, 0.0), peaks)
@@ -99,6 +100,7 @@ def _response(power: FloatArray, peaks: IntArray) -> tuple[FloatArray, FloatArra
     of the peak tells d = (2 a - 1) / (a + 1).
     """
     left, middle, right = (np.sqrt(power[peaks + k]) for k in (-1, 0, 1))
+    # A peak that does not exceed the noise counts as on its bin: a share of one half gives an offset of 0.
     share = np.divide(np.maximum(left, right), middle, out=np.full(peaks.size, 0.5), where=middle > 0.0)
     off = np.clip((2.0 * share - 1.0) / (share + 1.0), 0.0, 0.5)
     return np.sinc(off) / (1.0 - off**2), np.where(right > left, off, -off)
@@ -109,6 +111,7 @@ def _is_leakage(position: FloatArray, amplitude: FloatArray) -> BoolArray:
     if position.size > 2000:  # noise that is far from smooth; none is singled out
         return np.zeros(position.size, dtype=np.bool_)
     apart = np.abs(position[:, None] - position[None, :])
+    # Envelope of the side lobes of Hann's window: |sin(pi d)| is set to 1.
     leak = np.minimum(1.0 / (np.pi * np.maximum(apart, 1.5) * (np.maximum(apart, 1.5) ** 2 - 1.0)), 1.0)
     np.fill_diagonal(leak, 0.0)
     return np.asarray(amplitude < 2.0 * (leak @ amplitude), dtype=np.bool_)
@@ -123,6 +126,7 @@ def orders_of(frequency_hz: FloatArray, rate: float, bin_hz: float) -> FloatArra
     [1.0, nan, 2.0]
     """
     step = EMISSION.order_step * abs(rate)
+    # Orders that lie closer than their tolerance would claim every line.
     if not math.isfinite(step) or step < 2.0 * EMISSION.near_bins * bin_hz:
         return np.full(frequency_hz.size, np.nan)
     number = np.round(frequency_hz / step)

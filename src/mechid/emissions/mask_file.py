@@ -74,6 +74,7 @@ def _content(path: Path, place: Place) -> bytes:
 
 def _text_rows(path: Path, place: Place) -> list[list[str]]:
     try:
+        # Spreadsheet programs begin CSV files in UTF-8 with a byte order mark.
         text = _content(path, place).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise place.error(f"{path.name}: is not UTF-8 text; save it as CSV in UTF-8") from error
@@ -88,6 +89,7 @@ def _sheet_rows(path: Path, place: Place) -> list[list[str]]:
 
     try:
         with ZipFile(BytesIO(_content(path, place))) as archive:
+            # The unpacked size counts: a small archive can expand to gigabytes.
             if sum(info.file_size for info in archive.infolist()) > MOST_BYTES:
                 raise place.error(f"{path.name}: is larger than a mask is; check the path")
             shared = _shared_texts(archive)
@@ -97,6 +99,7 @@ def _sheet_rows(path: Path, place: Place) -> list[list[str]]:
         raise place.error(f"{path.name}: is no XLSX file that can be read; save it as CSV") from error
     cells: dict[int, dict[str, str]] = {}
     for cell in root.iter(f"{_SPACE}c"):
+        # Empty cells are not stored, so a cell's column follows from its address, not from its position.
         at = _CELL.fullmatch(cell.attrib.get("r", ""))
         text = _cell_text(cell, shared)
         if at and text:
@@ -109,6 +112,7 @@ def _cell_text(cell: ElementTree.Element, shared: list[str]) -> str:
         return "".join(node.text or "" for node in cell.iter(f"{_SPACE}t"))
     value = cell.find(f"{_SPACE}v")
     text = (value.text if value is not None else "") or ""
+    # A cell of type s holds an index into the table of shared texts.
     return shared[int(text)] if cell.get("t") == "s" and text else text
 
 

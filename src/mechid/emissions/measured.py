@@ -142,6 +142,7 @@ def _amplitudes(stretch: Stretch, requirement: Requirement, alpha: float, record
     floor = np.sqrt(line_bounds(np.ones(1), lines.windows, alpha)[1][0] * noise)
     free = judged.copy()
     for k in range(-EMISSION.core, EMISSION.core + 1):
+        # Bins of a line's main lobe hold the line and cannot bound another one.
         free[np.clip(lines.bins + k, 0, free.size - 1)] = False
     ratio = spectra.apart.mean(axis=0)[free] * spectra.peak_scale / noise[free]
     bins_upper = np.sqrt(line_bounds(ratio, lines.windows, alpha)[1] * noise[free]) / EMISSION.least_response
@@ -217,6 +218,7 @@ def _subtract_background(
 
 def _dof(power: FloatArray, variance: FloatArray) -> FloatArray:
     tiny = np.finfo(np.float64).tiny
+    # A chi-square value has the mean nu and the variance 2 nu.
     return np.asarray(np.minimum(2.0 * power**2 / np.maximum(variance, tiny), 1e7), dtype=np.float64)
 
 
@@ -268,6 +270,7 @@ def _bands(stretch: Stretch, requirement: Requirement, alpha: float, records: in
 
 def sum_bins(density: FloatArray, bin_hz: float, edges: FloatArray) -> FloatArray:
     """Return the integrals of a density, (M,), between edges in Hz, (n, 2); a bin counts by the part that is inside."""
+    # A bin covers half its width on both sides; the linear cumulative sum divides it at an edge.
     ends = (np.arange(density.size + 1) - 0.5) * bin_hz
     total = np.concatenate([[0.0], np.cumsum(density) * bin_hz])
     return np.asarray(np.interp(edges[:, 1], ends, total) - np.interp(edges[:, 0], ends, total), dtype=np.float64)
@@ -276,6 +279,7 @@ def sum_bins(density: FloatArray, bin_hz: float, edges: FloatArray) -> FloatArra
 def _band_power(spectra: Spectra, edges: FloatArray, weight: FloatArray, windows: int) -> tuple[FloatArray, FloatArray]:
     """Return powers of bands and their variances: by the noise, or by the scatter over windows where that is larger."""
     power = sum_bins(spectra.density * weight, spectra.bin_hz, edges)
+    # Neighbouring bins under Hann's window are correlated, which widens the scatter of their sum.
     variance = sum_bins(spectra.variance * weight, spectra.bin_hz, edges) * (spectra.bin_hz * BIN_CORRELATION)
     if windows > 1 and len(edges):
         each = np.stack([sum_bins(row * weight, spectra.bin_hz, edges) for row in spectra.apart])

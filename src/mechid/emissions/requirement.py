@@ -90,6 +90,7 @@ class Mask:
             number = np.clip(np.searchsorted(self.frequencies_hz, f, side="right") - 1, 0, self.limits.size - 1)
             limit = self.limits[number]
         else:
+            # 0 Hz has no logarithm; it is outside of every mask and replaced by infinity below.
             limit = np.exp(np.interp(np.log(np.maximum(f, low)), np.log(self.frequencies_hz), np.log(self.limits)))
         return np.asarray(np.where(inside, limit, np.inf), dtype=np.float64)
 
@@ -162,6 +163,7 @@ def whole_bands(requirement: Requirement, band_hz: tuple[float, float]) -> list[
     if requirement.kind in IN_BANDS:
         return [band for band in mask.bands if band[0] >= low and band[1] <= high]
     first, last = mask.range_hz
+    # The tolerance keeps bands whose centre is an end of the mask, in spite of rounding.
     numbers = np.arange(np.ceil(10.0 * np.log10(first) - 1e-9), np.floor(10.0 * np.log10(last) + 1e-9) + 1)
     centres = 10.0 ** (numbers / 10.0)
     limits = mask.limit_at(np.clip(centres, first, last)).tolist()

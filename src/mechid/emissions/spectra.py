@@ -66,6 +66,7 @@ class Spectra:
     def dof(self) -> float:
         """Degrees of freedom of the mean density of noise."""
         count = len(self.rows)
+        # With half overlap, a window shares samples with its two neighbours alone.
         return 2.0 * count / (1.0 + 2.0 * OVERLAP_CORRELATION * (count - 1) / count)
 
     @property
@@ -87,6 +88,7 @@ class Spectra:
     @cached_property
     def mains(self) -> tuple[MainsLine, ...]:
         """Lines of the electric grid."""
+        # `Prominence` takes a median power, which is log(2) times the mean of an exponential distribution.
         level = self.noise * (self.peak_scale * np.log(2.0))
         found = Prominence(
             samples=round(self.sample_rate_hz / self.bin_hz),
@@ -116,6 +118,7 @@ def window_length(samples: int, sample_rate_hz: float) -> int:
     (40000, 2500)
     """
     longest = min(samples // EMISSION.least_windows, round(EMISSION.longest_s * sample_rate_hz))
+    # Half of the length is rounded down to a fast one, so that the whole is even.
     return 2 * int(prev_fast_len(max(longest // 2, 8), real=True))
 
 
@@ -131,6 +134,7 @@ def channel_spectra(y: FloatArray, sample_rate_hz: float, length: int) -> Spectr
         Samples of a window, even.
     """
     windows = np.lib.stride_tricks.sliding_window_view(y, length)[:: length // 2]
+    # Windowed copies of all windows together would take twice the memory of the record.
     parts = [windowed_density(windows[k : k + AT_ONCE], sample_rate_hz) for k in range(0, len(windows), AT_ONCE)]
     return Spectra(rows=np.concatenate(parts), bin_hz=sample_rate_hz / length, sample_rate_hz=sample_rate_hz)
 
@@ -153,5 +157,6 @@ def noise_level(density: FloatArray, dof: float) -> FloatArray:
     level = np.array([np.quantile(density[a:b], EMISSION.quantile) for a, b in pairs]) / share
     middle = np.array([np.sqrt(a * (b - 1.0)) for a, b in pairs])
     tiny = np.finfo(np.float64).tiny
+    # On logarithmic axes coloured noise is nearly straight.
     number = np.log(np.maximum(np.arange(bins), 1))
     return np.asarray(np.exp(np.interp(number, np.log(middle), np.log(np.maximum(level, tiny)))), dtype=np.float64)

@@ -53,6 +53,7 @@ def write_emission_workbook(data: Mapping[str, Any], folder: Path) -> Path:
         _table("verdicts", VERDICT_TEXTS, tuple(VERDICT_NUMBERS), [_verdict_row(one) for one in data["requirements"]]),
         _table("lines", LINE_TEXTS, tuple(LINE_NUMBERS), [_line_row(line) for line in data["lines"]]),
     ]
+    # A worksheet has a limited number of rows; the CSV files hold longer tables.
     return folder / write_workbook([table for table in tables if table.fits_sheet], folder, WORKBOOK_NAME)
 
 

@@ -85,6 +85,7 @@ def _worst(measured: Measured, which: BoolArray, requirement: Requirement, recor
     numbers = np.flatnonzero(which)
     by_value = measured.value[numbers] / measured.limit[numbers]
     by_bound = measured.upper[numbers] / measured.limit[numbers]
+    # Where all bounds are met, the largest value is of interest; otherwise the bound that is not met.
     k = int(numbers[np.argmax(by_value if np.any(by_value > 0.0) and not np.any(by_bound > 1.0) else by_bound)])
     value, limit = float(measured.value[k]), float(measured.limit[k])
     return Worst(
@@ -116,4 +117,5 @@ def _order(one: Judged, verdict: Verdict) -> float:
         return np.inf
     if verdict is Verdict.PASS and np.isfinite(one.worst.margin_db):
         return one.worst.margin_db
+    # Without a measured value the margin is infinite; 1000 dB sorts these behind all finite margins.
     return 1e3 - one.worst.upper / one.worst.limit if verdict is Verdict.PASS else -one.worst.upper / one.worst.limit

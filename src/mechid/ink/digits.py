@@ -89,7 +89,9 @@ def _decimals(sigma: float) -> int:
 
 
 def _fixed_point(value: float, decimals: int) -> str:
+    # A format specification cannot round to tens.
     if decimals < 0:
         value = round(value, decimals)
     text = f"{value:.{max(decimals, 0)}f}"
+    # A small negative value would read as -0.0.
     return text.removeprefix("-") if float(text) == 0.0 else text

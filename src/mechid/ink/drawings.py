@@ -90,6 +90,7 @@ def spectrum(
                 color=MARK,
                 fontsize=7,
             )
+    # Single bins near zero would take most decades of the axis.
     floor = _quantile(left[kept], 0.05) / 2.0
     if floor > 0.0:
         axes.set_ylim(bottom=floor)
@@ -138,6 +139,7 @@ def spectrogram(
     top_hz: float,
 ) -> None:
     """Draw measured and modelled amplitude over time and frequency, with lines of orders and resonances."""
+    # The logarithmic scale of a record of zeros needs an end above zero.
     high = float(np.nanmax(amplitudes[0])) or 1.0
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)
     axes = figure.subplots(1, 2, sharex=True, sharey=True, gridspec_kw={"wspace": 0.06})
@@ -149,6 +151,7 @@ def spectrogram(
             np.nan_to_num(values),
             norm=LogNorm(high / 3000.0, high),
             cmap="cividis",
+            # As vectors, each cell would be an element of the SVG.
             rasterized=True,
             shading="nearest",
         )
@@ -185,6 +188,7 @@ def matrix(
     )
     image = axes.imshow(values, aspect="auto", **limits)
     for (i, j), value in np.ndenumerate(values):
+        # White text is legible only on the dark ends of the colour maps.
         dark = abs(value) > (0.7 if signed else 60.0)
         axes.text(j, i, texts[i][j], ha="center", va="center", fontsize=5.5, color="white" if dark else "black")
     axes.set_xticks(range(len(columns)), columns, rotation=45, ha="right")

@@ -46,6 +46,7 @@ STYLE: Any = {
     "xtick.labelsize": 7.5,
     "ytick.labelsize": 7.5,
     "svg.fonttype": "none",
+    # Without a fixed salt, the identifiers in the SVG of an equal figure would differ from run to run.
     "svg.hashsalt": "mechid",
     "path.simplify": True,
 }
@@ -92,6 +93,7 @@ def write_figure(name: str, figure: Figure, folder: Path) -> str:
 def make_figure(draw: Drawing, height: float) -> Figure:
     """Make a figure of a height in inches, two columns wide, with the content drawn by `draw`."""
     figure = Figure(figsize=(WIDTH_IN, height))
+    # A canvas of its own replaces pyplot, which would keep every figure in memory.
     FigureCanvasAgg(figure)
     figure.subplots_adjust(
         left=LEFT_IN / WIDTH_IN, right=1.0 - RIGHT_IN / WIDTH_IN, bottom=BELOW_IN / height, top=1.0 - ABOVE_IN / height

@@ -75,6 +75,7 @@ def interactive_page(document: Document, pictures: Mapping[str, Path], script: S
 
 
 def _pieces(template: str, document: Document, style: str, **more: Any) -> Iterator[str]:
+    # The page is generated in pieces, so that one of many records is never held in memory as a whole.
     return (
         environment()
         .get_template(template)

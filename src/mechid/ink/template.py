@@ -35,6 +35,7 @@ def script_json(value: Any) -> Markup:
     >>> print(script_json({"a": "</script>"}))
     {"a": "\u003c/script>"}
     """
+    # Python's NaN literal is no JSON: a browser refuses it.
     text = json.dumps(value, separators=(", ", ": "), allow_nan=False)
     return Markup(text.replace("<", "\\u003c"))
 

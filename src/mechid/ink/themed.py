@@ -28,6 +28,8 @@ def adapt_svg(svg: str) -> str:
         name = PAGE_NAMES.get(found[2].lower())
         return f"{found[1]}: var(--{name})" if name else found[0]
 
+    # In HTML, a style element inside an SVG applies to the whole page.
     text = _METADATA.sub("", _STYLE.sub("", _HEAD.sub("", svg)))
     text = _HEIGHT.sub(r"\1", _SIZE.sub(r"\1", text, count=1), count=1)
+    # Matplotlib numbers its groups from 1 in each figure, and an id must be unique on a page.
     return _PAINT.sub(paint, _NAMES.sub("", text)).strip()

@@ -72,6 +72,7 @@ def _time(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
         (channel.clipped, series(1), 0.5),
     ):
         for first, stop in runs[:MOST_MARKED]:
+            # A sample stands for half a sampling interval on both sides.
             span = [base.start_s + (k - 0.5) / base.sample_rate_hz for k in (first, stop)]
             axes.axvspan(*span, color=colour, alpha=alpha, linewidth=0.0)
     over_time(axes, reduce_to_extremes(channel.channel.data, base), MEASURED, 0.7, "measured")
@@ -144,6 +145,7 @@ def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
 def _bands(channel: ChannelLook, figure: Any) -> None:
     """Draw the density next to the RMS in third octaves."""
     left, right = figure.subplots(1, 2, gridspec_kw={"wspace": 0.3})
+    # The axes are logarithmic, and 0 Hz has no place on them.
     root, rms = np.sqrt(channel.density[1:]), np.array([band.rms for band in channel.bands])
     left.plot(channel.density_hz[1:], root, color=MEASURED, linewidth=0.6)
     # White noise has a constant one-sided density up to half the sample rate.
@@ -174,10 +176,12 @@ def _waterfall(channel: ChannelLook, figure: Any) -> None:
     kept = max(int(np.searchsorted(w.frequency_hz, _top_frequency(channel, w), side="right")), 4)
     each = math.ceil(kept / MOST_ROWS)
     rows = largest_rows(w.amplitude[:kept], each)
+    # Each drawn row is placed in the middle of the rows that it combines; bin 1 is the spacing, as bin 0 is at 0 Hz.
     frequency = w.frequency_hz[: rows.shape[0] * each : each][: rows.shape[0]] + 0.5 * (each - 1) * w.frequency_hz[1]
     over = _waterfall_axis(w)
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)
     axes = figure.subplots()
+    # The lowest row holds the mean, which is no vibration and may exceed all else.
     high = float(np.nanmax(rows[1:])) or 1.0
     image = axes.pcolormesh(
         over[1],
@@ -185,6 +189,7 @@ def _waterfall(channel: ChannelLook, figure: Any) -> None:
         rows,
         norm=LogNorm(high / 10.0**SHOWN_DECADES, high),
         cmap="cividis",
+        # As vectors, each cell would be an element of the SVG.
         rasterized=True,
         shading="nearest",
     )

@@ -131,6 +131,7 @@ def _compare_with_declared(driven: Data) -> list[str]:
     every = repeats.get(reading["repeats"], f"every {reading['repeats']:g} full steps")
     lines = [f"The record itself: {value} ± {sigma} full steps/s, {verdict}; it repeats itself {every}."]
     seen, wanted = suggested["microsteps"], declared["microsteps"]
+    # Two microsteps a full step are half steps, which look like full steps at another rate.
     if suggested["stepping"] == "full" and wanted > 2 and reading["repeats"] >= 1.0:
         lines.append("Its spectrum is that of full or half steps, not of microsteps as declared: check the stepping.")
     elif suggested["stepping"] == "micro" and seen is not None:

@@ -39,6 +39,7 @@ def _curve(name: str, one: Mapping[str, Any], figure: Any) -> None:
     points = [(p["value"], p["rise"]) for p in one["points"] if np.isfinite(p["rise"])]
     x, rise = np.array(points).T
     axes.plot(x, rise, "o-", color=MEASURED, markersize=3.0, linewidth=1.1, label="profile likelihood")
+    # The rise of the cost counts noise as white, so its parabola is that of the white standard error.
     error = one["std_error_white"]
     if error:
         at = np.linspace(x[0], x[-1], PARABOLA_POINTS)
@@ -48,5 +49,6 @@ def _curve(name: str, one: Mapping[str, Any], figure: Any) -> None:
         axes.axvline(limit, color=LIMIT, linewidth=0.8, linestyle=":")
     unit = "" if one["unit"] == "1" else f", {one['unit']}"
     axes.set(xlabel=f"{name}{unit}", ylabel="rise of the cost, σ²")
+    # A refit may find a lower cost than the estimate.
     axes.set_ylim(min(0.0, float(rise.min())), ABOVE_LEVEL * level)
     legend_above(figure, axes, COLUMNS)

@@ -12,6 +12,7 @@ from mechid.ink.digits import like, with_sigma
 
 FORMAT = "mechid-profile/1"
 FILE_NAME, POINTS_NAME = "profile.json", "profile.csv"
+# 97.5 % quantile of the normal distribution: both tails together hold 5 %.
 LOCAL = 1.959964
 REPORTED_DROP = 0.1
 """Decrease of the cost by a refit, in squared sigmas, above which a warning is given."""
@@ -32,6 +33,7 @@ def profile_texts(data: Mapping[str, Any]) -> dict[str, str]:
     """Return profile.json, and profile.csv with one line per point."""
     rows = ["parameter,unit,value,cost_rise_sigma2,note"]
     for name, p in data["profiles"].items():
+        # `repr` is the shortest text that reads back as the same double.
         rows += [f"{name},{p['unit']},{q['value']!r},{q['rise']!r},{q['note']}" for q in p["points"]]
     return {FILE_NAME: json_text(data), POINTS_NAME: "\n".join(rows) + "\n"}
 

@@ -96,6 +96,7 @@ def profile(
         def on_point(name: str, point: Point) -> None:
             report(f"{name} at {point.value:.9g}, cost rises by {point.rise:.3g}", None)
 
+        # A name without an estimate is refused before the first refit.
         for name in names:
             optimum.estimate_of(name)
         noted = refit_journal(own, journal, resume=resume)

@@ -1,4 +1,4 @@
-"""All that a report shows, joined: what the terminal prints, the details, and the verdict on them."""
+"""Complete content of a report: the numbers of the terminal, the details, and the verdict."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from mechid.simulation.resonances import resonances
 
 
 def report_contents(data: Mapping[str, Any], campaign: Campaign, fit: Fit) -> dict[str, Any]:
-    """Return the report's dict with all that is shown on top of `report_data`.
+    """Return the dict of `report_data` with the details and the verdict of the report.
 
     Parameters
     ----------
@@ -41,12 +41,14 @@ def report_contents(data: Mapping[str, Any], campaign: Campaign, fit: Fit) -> di
         "record_table": _record_table(data),
         "origin": _origin(data["provenance"]),
     }
+    # The verdict reads the correlation and the information, so it is added last.
     return {**more, "summary": summary_data(more)}
 
 
 def _places(row: Mapping[str, Any]) -> dict[str, float | None]:
-    """Return where estimate and nominal value lie between the bounds, percent; None without bounds."""
+    """Return the positions of estimate and nominal value between the bounds in percent; None without bounds."""
     low, high = row["min"], row["max"]
+    # An interval without both ends has no scale on which a position could be drawn.
     if low is None or high is None or not math.isfinite(high - low) or not high > low:
         return {"place": None, "nominal_place": None}
     share = {key: 100.0 * (row[source] - low) / (high - low) for key, source in PLACES.items()}
@@ -91,7 +93,7 @@ def _record_row(
 
 
 def _origin(provenance: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return what the estimate was made with, as label and text."""
+    """Return versions, seed and run time of the estimate as pairs of label and text."""
     versions = provenance.get("versions", {})
     lines = [
         ("versions", ", ".join(f"{name} {version}" for name, version in versions.items())),

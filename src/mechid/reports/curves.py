@@ -27,14 +27,14 @@ from mechid.signal.stored import is_long
 from mechid.simulation.simulator import TimeBase
 
 GROUPS = 3000
-"""Of a spectrum, equally wide on a logarithmic axis: up to some 400 Hz every bin of a record of 1 s is kept."""
+"""Groups of a spectrum, equally wide on a logarithmic axis; up to about 400 Hz, a record of 1 s keeps every bin."""
 LAGS = 100
 START_S = 0.3
+"""Length of the separately drawn start of a record, s."""
 WORST = "least followed"
-"""The stretch of a long record that the model follows least."""
-"""Of a record's start that is drawn by itself."""
+"""Name of the stretch of a long record with the largest misfit."""
 HIGHEST_BINS = 500
-"""Of a spectrogram, kept at most."""
+"""Largest number of bins of a spectrogram."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,7 +49,7 @@ class Spectrogram:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Lines:
-    """What draws a stretch of a record on paper: record times in s and samples, (2, M) each."""
+    """Lines of a stretch of a record on paper: record times in s and samples, (2, M) each."""
 
     measured: FloatArray
     modelled: FloatArray
@@ -63,29 +63,29 @@ class Curves:
     Attributes
     ----------
     name : str
-        Of the record; with the quantity where it is not the record's leading channel.
+        Name of the record, with the quantity unless this is its leading channel.
     record, quantity : str
     base : TimeBase
     whole, start : Lines
-        Measured less offset and drift, modelled, and what is left; for figures on paper.
+        Measurement less offset and drift, prediction, and residual, for figures on paper.
     largest_s : float
         Record time of the measured sample furthest from the mean.
     trace : Trace or Outline
-        Every sample, for the page; of a long record the outline, and every sample of some stretches.
+        All samples, for the page; for a long record, its outline and all samples of some stretches.
     spectrum_hz, measured, modelled, residual : (M,)
         Amplitude spectra over the record, N m, the peak of each group of bins; offset and drift removed.
     density_hz, residual_density : (D,)
         Root of Welch's density of the residual, N m/sqrt(Hz).
     noise_density : float
-        The same of white noise at the record's floor.
+        Root density of white noise at the record's noise floor.
     correlation : (L,)
         Autocorrelation of the residual from lag 1.
     limit : float
-        Within plus and minus this 95 % of a white series' autocorrelations lie.
+        Magnitude below which 95 % of the autocorrelations of a white series lie.
     rate : (R, 2)
         Record time in s and full steps/s, linear between; one row is a constant rate.
     spectrogram : Spectrogram or None
-        Where the rate varies.
+        None for a constant rate.
     """
 
     name: str
@@ -110,7 +110,7 @@ class Curves:
 
     @property
     def trace_name(self) -> str:
-        """What the figure of its samples is called."""
+        """Name of the figure of its samples."""
         return f"{self.name}_{self.quantity}" if self.name == self.record else self.name
 
     @property
@@ -122,7 +122,7 @@ class Curves:
 def record_curves(
     campaign: Campaign, fit: Fit, validation: RecordValidation, predictions: Mapping[str, Prediction] | None = None
 ) -> list[Curves]:
-    """Return the curves of each channel of a record, predicted anew if need be; NaN where its simulation failed."""
+    """Return the curves of each channel of a record, predicted if not given; NaN after a failed simulation."""
     record, leading = campaign.record(validation.name), next(iter(validation.channels))
     predictions = predictions or predict(record, fit)
     return [
@@ -134,8 +134,10 @@ def record_curves(
 def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidation, p: Prediction) -> Curves:
     noise = fit.records[record.name].known_noise_of(channel.quantity)
     rate_hz = p.base.sample_rate_hz
+    # Two samples at least, since one draws no line.
     start = min(max(round(START_S * rate_hz) + 1, 2), p.base.samples)
     rate = rate_over(record_as_fitted(record, fit), p.base)
+    # Samples are NaN where the simulation failed; the curves carry them on without warnings.
     with np.errstate(all="ignore"):
         frequency, measured = peak_spectrum(p.level, rate_hz, GROUPS)
         return Curves(
@@ -151,18 +153,23 @@ def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidat
             measured=measured,
             modelled=peak_spectrum(p.modelled, rate_hz, GROUPS)[1],
             residual=peak_spectrum(p.residual, rate_hz, GROUPS)[1],
+            # The axes are logarithmic, and 0 Hz has no place on them.
             density_hz=channel.spectrum_hz[1:],
             residual_density=np.sqrt(channel.residual_density[1:]),
+            # White noise has a constant one-sided density up to half the sample rate.
             noise_density=noise * math.sqrt(2.0 / rate_hz),
+            # Lag 0 is left out: it is 1 by definition.
             correlation=autocorrelation(p.residual, LAGS)[1:],
+            # Autocorrelations of N white samples scatter by 1/sqrt(N) about zero.
             limit=1.96 / math.sqrt(p.measured.size),
             rate=rate,
+            # At a constant rate the lines do not move, and the spectrum shows them all.
             spectrogram=_spectrogram(p) if len(rate) > 1 else None,
         )
 
 
 def _trace(p: Prediction, noise: float, fitted: ChannelFit) -> Trace | Outline:
-    """Return the samples of a record for the page; what of a long one is shown in every sample."""
+    """Return the samples of a record for the page, or its outline if the record is long."""
     if not is_long(p.base.samples):
         return trace_of(p, noise)
     largest_s = p.base.start_s + _largest(p.measured) / p.base.sample_rate_hz
@@ -175,7 +182,7 @@ def rate_over(record: CampaignRecord, base: TimeBase) -> FloatArray:
 
 
 def _lines(p: Prediction, samples: int) -> Lines:
-    """Return what draws the first samples."""
+    """Return the lines of the first samples."""
     series = (p.level, p.modelled, p.residual)
     measured, modelled, residual = (reduce_to_extremes(stretch_of(y, 0, samples), p.base) for y in series)
     return Lines(measured=measured, modelled=modelled, residual=residual)

@@ -20,7 +20,7 @@ BY_CHANNEL = (
 
 
 def dependence_section(data: Mapping[str, Any]) -> Section:
-    """Return the section of what `report_contents` made."""
+    """Return the section from the result of `report_contents`."""
     correlation, information = data["correlation"], data["information"]
     parts = [*_correlation(correlation), *(_information(information) if information else ())]
     return Section("Dependence and information", parts, "dependence", "Dependence", where=IN_DOCUMENTS)
@@ -29,6 +29,7 @@ def dependence_section(data: Mapping[str, Any]) -> Section:
 def _correlation(correlation: Mapping[str, Any]) -> Iterator[Section]:
     names, symbols = correlation["names"], correlation["symbols"]
     texts = [["1" if i == j else text for j, text in enumerate(row)] for i, row in enumerate(correlation["text"])]
+    # The diagonal is 1 by definition; shaded, it would outshine the other entries.
     shades = [[0.0 if i == j else v for j, v in enumerate(row)] for i, row in enumerate(correlation["matrix"])]
     if names:
         yield Section("Correlation of the estimates", (Rows(matrix("", names, symbols, texts, shades)),))

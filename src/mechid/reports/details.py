@@ -31,7 +31,7 @@ def correlation_data(fit: Fit) -> dict[str, Any]:
 
 
 def information_data(information: Information | None, fit: Fit, campaign: Campaign) -> dict[str, Any] | None:
-    """Return what each record and channel tells of each parameter: shares in percent, factors on standard errors."""
+    """Return the information of each record and channel on each parameter: shares in percent, factors on errors."""
     if information is None:
         return None
     percent, by_channel = (100.0 * information.share).tolist(), (100.0 * information.channel_share).tolist()
@@ -65,11 +65,12 @@ def resonance_data(found: Sequence[Resonance]) -> list[dict[str, Any]]:
 
 
 def driven_data(campaign: Campaign, fit: Fit) -> dict[str, Any]:
-    """Return how each record was taken to be driven and where it comes from, by name."""
+    """Return the command, the reinterpretations and the file of each record, by name."""
     return {
         record.name: {
             "use": use_word(record.use, left_out=fit.records[record.name].reading.left_out),
             "command": command_words(record.command),
+            # The use has a field of its own.
             "taken": {key: v for key, v in fit.records[record.name].reading.to_dict().items() if key != "use"},
             "file": record.spec.path,
             "duration_s": _duration(campaign, record.name),
@@ -80,19 +81,19 @@ def driven_data(campaign: Campaign, fit: Fit) -> dict[str, Any]:
 
 
 def meaning_data(campaign: Campaign, fit: Fit) -> dict[str, str]:
-    """Return what each parameter is, by name, those that the fit found its records to have among them."""
+    """Return the meaning of each parameter by name, including per-record parameters that the fit added."""
     records = tuple(record_as_fitted(record, fit) for record in campaign.records)
     return {name: q.declaration.meaning for name, q in parameters_of(fit.mechanism, records).items()}
 
 
 def symbol_of(fit: Fit, name: str) -> str:
-    """Return a parameter's symbol; of a record's own, with the record."""
+    """Return the symbol of a parameter; that of a per-record parameter includes the record."""
     symbol = fit.parameters[name].symbol
     return f"{symbol} {name.split('.')[1]}" if name.startswith("record.") else symbol
 
 
 def worst_pair(correlation: Mapping[str, Any]) -> tuple[str, str, float] | None:
-    """Return the two parameters of the largest correlation, and it; None of fewer than two.
+    """Return the two parameters with the largest correlation, and its value; None for fewer than two.
 
     Examples
     --------
@@ -102,13 +103,15 @@ def worst_pair(correlation: Mapping[str, Any]) -> tuple[str, str, float] | None:
     names = correlation["names"]
     if len(names) < 2:
         return None
+    # An undetermined correlation is NaN, and argmax would return it as the largest.
     matrix = np.nan_to_num(np.array(correlation["matrix"], dtype=np.float64))
+    # The upper triangle holds each pair once, without the diagonal of ones.
     i, j = np.unravel_index(int(np.argmax(np.abs(np.triu(matrix, 1)))), matrix.shape)
     return names[int(i)], names[int(j)], float(matrix[i, j])
 
 
 def _percent(value: float) -> str:
-    """Return a share to two digits; below a tenth of a percent it is nothing.
+    """Format a share with two digits; less than a tenth of a percent is 0.
 
     Examples
     --------

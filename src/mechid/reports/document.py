@@ -1,6 +1,6 @@
-"""The document of a fit and its presenter; `sections` has what the document says.
+"""Presenter of a fit; `sections` makes its document.
 
-The two are apart because the run that writes a report is written with the sections, and the presenter with the run.
+The two modules are separate because the run that writes a report imports the sections, and the presenter the run.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""BokehJS and the interactive figures as a page holds them, made once and then kept in the cache.
+"""Cache of BokehJS and of the interactive figures in the form that a page embeds.
 
-To import Bokeh and to make the figures takes a second, and what comes of it depends on no record: on Bokeh and on the
-modules that make it alone, whose digest is in the file's name.
+Importing Bokeh and making the figures takes a second. The result depends on no record, only on the version of Bokeh and
+on the modules that make the figures; their digest is part of the file name.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from mechid.reports.packing import pack_text
 from mechid.reports.payload import payload
 from mechid.writing import write_atomically
 
+# A change of any of these files may change the figures, so the cache key covers their text.
 MAKERS = (
     ("mechid.reports", "embedded.py"),
     ("mechid.reports", "plots.py"),
@@ -42,13 +43,16 @@ class Embedded:
 
 @cache
 def embed_records() -> Embedded:
-    """Return what a page embeds, from the cache where it is there; where it cannot be kept it is made each time."""
+    """Return the embedded parts of a page from the cache; without a writable cache, make them each time."""
     path = _path()
+    # A missing or damaged file is made anew; TypeError stands for keys of another version.
     with suppress(OSError, ValueError, TypeError):
         return Embedded(**json.loads(path.read_text(encoding="utf-8")))
+    # Imported here, since a page with a cached file does not need Bokeh.
     from mechid.reports.plots import library, plot_items
 
     made = Embedded(library=pack_text(library()), kinds=plot_items())
+    # An unwritable cache costs a second each time, but not the report.
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, json.dumps(vars(made)))
@@ -56,7 +60,7 @@ def embed_records() -> Embedded:
 
 
 def page_script(curves: Sequence[Curves], resonances: Sequence[Mapping[str, Any]]) -> Script:
-    """Return what the page's script draws the figures of some curves with."""
+    """Return the library, figures and data with which the page's script draws curves."""
     made = embed_records()
     return Script(library=made.library, kinds=made.kinds, records=[payload(one, resonances) for one in curves])
 

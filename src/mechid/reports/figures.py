@@ -1,4 +1,4 @@
-"""The sheets of a report: of each channel of each record, of the correlation, of the information."""
+"""Sheets of a report: each channel of each record, the correlation, and the information."""
 
 from __future__ import annotations
 
@@ -56,6 +56,7 @@ def matrix_sheets(data: Mapping[str, Any]) -> Iterator[Sheet]:
         yield _matrix("correlation", names, symbols, correlation["matrix"], correlation["text"], "correlation")
     if information:
         yield _shares("information", information, "share_percent", information["records"])
+    # With a single channel every share is 100 %.
     if information and len(information["channels"]) > 1:
         names = [quantity_words(quantity) for quantity in information["channels"]]
         yield _shares("information_by_channel", information, "channel_share_percent", names)
@@ -66,7 +67,7 @@ def _span(lines: Lines) -> tuple[Any, Any, Any]:
 
 
 def _marks(one: Curves, resonances: Resonances) -> list[tuple[float, str]]:
-    """Return the orders of a constant rate, or what resonates where the rate varies: Hz and a word each."""
+    """Return frequencies in Hz and labels: orders for a constant rate, resonances for a varying one."""
     if len(one.rate) == 1:
         return [(mark["hz"], mark["label"]) for mark in order_marks(one)]
     return [(r["frequency_hz"], r["name"]) for r in resonances]

@@ -1,4 +1,4 @@
-"""The report's files beside an estimate: page, figures, tables, every number."""
+"""Files of a report next to an estimate: page, figures, tables, and all numbers."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ def write_report(
 ) -> list[Path]:
     """Write report.html, report.json, report.md and the folder figures.
 
-    Each file is written beside its place first; earlier ones are replaced.
+    Each file is written under a temporary name; then earlier ones are replaced.
 
     Parameters
     ----------
     data : mapping
         As `report_data` makes it, with the validation.
     campaign : Campaign
-        The one that was identified, its records read.
+        The identified campaign with its records read.
     fit : Fit
     validation : mapping
         Of the records, as `validate` makes it.
     folder : Path
         Made with its parents where it is missing.
     illustration : Illustration or None
-        Its figures, where they have been begun already.
+        Figures already started; None starts them here.
 
     Returns
     -------
@@ -69,6 +69,7 @@ def write_report(
                 own.begin(record)
             return write_report(data, campaign, fit, validation, folder, own)
     contents = report_contents(data, campaign, fit)
+    # All figures are drawn before a text is replaced, so that no page names a missing figure.
     curves, pictures = illustration.finish(contents)
     document = report_document(contents, curves, equations_mathml(fit.mechanism.plant))
     texts: dict[str, str | Iterable[str]] = {

@@ -1,7 +1,7 @@
-"""The curves of a report's records and their figures, begun as soon as a record is validated.
+"""Curves and figures of the records of a report, started as soon as a record is validated.
 
-Figures take longer than all else of a report. Drawn record by record they are made while the next record is validated,
-and while what has no figures is worked out.
+Figures take longer than all other parts of a report. They are drawn record by record while the next record is validated
+and while the parts without figures are computed.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from mechid.writing import creating_folder
 
 
 class Illustration:
-    """What the figures of a report show, and the figures being drawn; where an error passes, they are given up.
+    """Curves and running drawings of a report; an error that leaves its context cancels the drawings.
 
     Parameters
     ----------
     campaign : Campaign
     fit : Fit
-        As it is validated.
+        The validated fit.
     folder : Path
-        Of the report; the figures get one in it.
+        Folder of the report; the figures have a folder inside it.
     pens : Pens
     """
 
@@ -54,12 +54,12 @@ class Illustration:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        """Give the figures up where an error passes."""
+        """Cancel the figures after an error."""
         if kind is not None:
             self.give_up()
 
     def give_up(self) -> None:
-        """Leave no figures of a report that is not made: the folder goes, where it was not there before."""
+        """Cancel the figures, and remove their folder if it is new."""
         for picture in self._pictures.values():
             picture.cancel()
         wait(self._pictures.values())  # what is being drawn would make the folder again
@@ -71,13 +71,14 @@ class Illustration:
         return resonance_data(resonances(self._fit.mechanism))
 
     def begin(self, record: RecordValidation, predictions: Mapping[str, Prediction] | None = None) -> None:
-        """Work out the curves of a record, and have its figures drawn.
+        """Compute the curves of a record, and start drawing its figures.
 
-        Nothing is raised here: whoever validates has results to write first. `finished` raises it.
+        Errors are stored and raised by `finished`, since the caller first has results to write.
         """
         if self._failed:
             return
         try:
+            # The matrices are small: shared among cores, a factorisation takes longer.
             with creating_folder(self.folder), one_core_algebra():
                 curves = record_curves(self._campaign, self._fit, record, predictions)
             for one in curves:
@@ -87,7 +88,7 @@ class Illustration:
             self._failed = error
 
     def finish(self, contents: Mapping[str, Any]) -> tuple[list[Curves], dict[str, Path]]:
-        """Return the curves in the order begun, and the SVG files by name once all are drawn; matrices are drawn last.
+        """Draw the matrices, wait for all figures, and return the curves in order and the SVG files by name.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""An identification with all that it leaves in a folder: its journal, its results, its report."""
+"""Identification into a folder: journal, results and report."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ if TYPE_CHECKING:
     from mechid.identification.diagnosis.diagnosis import Diagnosis
 
 ESTIMATED_NAME = "mechanism_estimated.toml"
-"""Of the estimated mechanism, where the campaign's own lies in the folder and keeps its name."""
+"""File name of the estimated mechanism if the folder holds another `MECHANISM_NAME` that must remain."""
 FIRST_LETTERS = 1000
-"""Of a mechanism file, in which mechid writes that it is estimated."""
+"""Letters at the start of a mechanism file that are searched for the remark that it is estimated."""
 DEFAULT_RUN = IdentifyRun()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Audience:
-    """Who hears of an identification.
+    """Receivers of the progress and the messages of an identification.
 
     Parameters
     ----------
     followed : callable
-        Gives a context for each search, which yields who listens to its progress.
+        Returns a context manager for each search, which yields the listener to its progress.
     say : callable
         Called with single lines.
     """
@@ -55,7 +55,7 @@ class Audience:
 
 @dataclass(frozen=True, kw_only=True)
 class Identified:
-    """A fit, what its report shows (`report_data`), and the files left."""
+    """A fit, the data of its report (`report_data`), and the written files."""
 
     fit: Fit
     data: Mapping[str, Any]
@@ -65,10 +65,10 @@ class Identified:
 def identify_into_folder(
     campaign: Campaign, folder: Path, audience: Audience, run: IdentifyRun = DEFAULT_RUN
 ) -> Identified:
-    """Identify a campaign and leave journal, results and report in a folder, also where it failed.
+    """Identify a campaign and write journal, results and report into a folder, also after a failure.
 
-    The results are there as soon as the search has ended; later steps, which may be interrupted or fail, replace them.
-    Where the search is interrupted they are the best values so far, without a report.
+    The results are written as soon as the search has ended; later steps, which may fail or be interrupted, replace
+    them. If the search is interrupted, they are the best values so far, without a report.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def identify_into_folder(
     UsageError
         The folder cannot be written to, or the run to be resumed had other inputs.
     KeyboardInterrupt
-        It was interrupted after the search; the estimate in the folder says that it was not examined.
+        The run was interrupted after the search; the estimate in the folder states that it was not examined.
     """
     with Pens() as pens, ExitStack() as entered:  # pens load beside the search, which leaves a core idle now and then
 
@@ -106,7 +106,7 @@ def identify_into_folder(
 
 
 class _IntoFolder(Companion):
-    """Writes into a folder what an identification finds, as soon as it is found."""
+    """Companion of an identification that writes each result into a folder as soon as it is available."""
 
     stages: StageLines
     illustration: Illustration
@@ -126,7 +126,7 @@ class _IntoFolder(Companion):
         self.validation: Mapping[str, RecordValidation] = {}
 
     def open_journal(self, campaign: Campaign) -> None:
-        """Open the journal of the folder, and say what it holds already."""
+        """Open the journal of the folder, and report the number of steps that it already holds."""
         path, run = self.folder / FILE_NAME, self.run
         about = {"campaign": str(campaign.path.resolve()), "seed": run.seed, "mechid": version("mechid")}
         self.journal = Journal.open(path, identification_inputs(campaign, run.seed), resume=run.resume, **about)
@@ -138,7 +138,7 @@ class _IntoFolder(Companion):
 
     @contextmanager
     def progress(self) -> Iterator[Listener]:
-        """Show the progress of the searches; that of the mechanism as written goes to the journal too."""
+        """Show the progress of the searches; that of the mechanism as written is also journalled."""
         is_completed = bool(self.diagnosis_files)
         with self.audience.followed() as listener:
 
@@ -150,11 +150,11 @@ class _IntoFolder(Companion):
             yield tell
 
     def keep(self, fit: Fit) -> None:
-        """Write a fit as one that has not been examined yet."""
+        """Write a fit, marked as not examined yet."""
         self.written.append(self.write(mark_unexamined(fit)))
 
     def complete(self, campaign: Campaign, found: Diagnosis) -> Campaign:
-        """Write the diagnosis, and the mechanism that it proposes, with which the campaign is read again."""
+        """Write the diagnosis and its proposed mechanism, and return the campaign with that mechanism."""
         from mechid.diagnoses.document import PRESENTER, PROPOSED
 
         self.diagnosis_files = PRESENTER.write(found, PRESENTER.numbers(found), self.folder)
@@ -167,19 +167,20 @@ class _IntoFolder(Companion):
         return load_campaign(campaign.path, mechanism_file=path) if in_files else super().complete(campaign, found)
 
     def judge(self, fit: Fit) -> None:
-        """Validate the records, whose figures are begun meanwhile."""
+        """Validate the records; their figures are started meanwhile."""
         self.illustration = self.illustrated(fit)
         self.validation = validate(fit.required_campaign, fit, self.illustration.begin)
 
     def say(self, line: str) -> None:
-        """Say a line to the audience."""
+        """Pass a line to the audience."""
         self.audience.say(line)
 
     def write(self, fit: Fit) -> Identified:
-        """Write the results of a fit, and return them; without a validation those that its search gave."""
+        """Write the results of a fit, with the validation if there is one, and return them."""
         truth, validation = self.run.truth, self.validation or None
         name = mechanism_name(fit.required_campaign, self.folder)
         fit = replace(fit, synthetic=fit.synthetic or truth is not None)
+        # The provenance holds the digest of the mechanism file, so its text is needed before any file is written.
         fit = sign_provenance(fit, name, estimated_text(fit))
         data = report_data(fit, truth, validation=validation)
         files = write_results(fit, data, self.folder, mechanism_name=name, validation=validation)
@@ -187,7 +188,7 @@ class _IntoFolder(Companion):
 
     @contextmanager
     def told_where_the_estimate_is(self) -> Iterator[None]:
-        """Say, where the run is interrupted after its search, where its estimate is and how to go on."""
+        """After an interruption that follows the search, report the location of the estimate and the next command."""
         try:
             yield
         except KeyboardInterrupt:
@@ -200,9 +201,9 @@ class _IntoFolder(Companion):
 
 
 def mechanism_name(campaign: Campaign, folder: Path) -> str:
-    """Return what the estimated mechanism is called in a folder, where one may lie that somebody has written.
+    """Return the file name of the estimated mechanism in a folder, which replaces no file written by a user.
 
-    That is the campaign's own, or any in which mechid has not written that it is estimated.
+    Such a file is the campaign's own, or any without the remark that mechid has estimated it.
     """
     place = folder / MECHANISM_NAME
     is_own = place.resolve() == campaign.mechanism_path.resolve()
@@ -211,6 +212,7 @@ def mechanism_name(campaign: Campaign, folder: Path) -> str:
 
 def _is_written_by_hand(file: Path) -> bool:
     try:
+        # A file in another encoding is a user's own; strict decoding would raise an error instead.
         with file.open(encoding="utf-8", errors="replace") as text:
             return ESTIMATED not in text.read(FIRST_LETTERS)
     except OSError:  # as where there is none
@@ -218,7 +220,7 @@ def _is_written_by_hand(file: Path) -> bool:
 
 
 def identification_inputs(campaign: Campaign, seed: int) -> dict[str, str]:
-    """Return the digests by which the journal of an identification knows its inputs."""
+    """Return the digests that identify the inputs of an identification in its journal."""
     return {**campaign_digests(campaign), "seed": str(seed)}
 
 
@@ -229,7 +231,7 @@ def _report(
     say: Callable[[str], None],
     illustration: Illustration,
 ) -> list[Path]:
-    """Write the report; where a figure or a text fails say so, since the estimate is on disk already."""
+    """Write the report; if a figure or a text fails, only warn, since the estimate is already on disk."""
     say("making the report ...")
     try:
         from mechid.reports.files import write_report
@@ -242,6 +244,7 @@ def _report(
     except UnwritableError:
         raise
     except Exception as error:
+        # Without a report no page shows the figures.
         illustration.give_up()
         what = " ".join(f"{type(error).__name__}: {error}".split())
         say(f'warning: no report was made ({what}); "mechid report {folder}" tries again')

@@ -1,4 +1,4 @@
-"""Effects that the files do not declare and a fit has added: disturbances of the records, terms of the mechanism."""
+"""Effects that a fit has added to its files: disturbances of the records, and terms of the mechanism."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ COMPLETED = "The mechanism was completed by what the records ask for; this is wh
 
 
 def residual_lines(fit: Fit) -> list[str]:
-    """Return what a fit of grade B or C says that its model is missing, a line each; none of another one."""
+    """Return the missing effects of a fit of grade B or C, one line each; empty for other grades."""
     if fit.grade not in (Grade.B, Grade.C):
         return []
     lines = [f"{_capital(one.words)} ({one.name}): {_added_words(one)}, as below." for one in fit.missing]
@@ -37,7 +37,7 @@ def _added_words(one: Missing) -> str:
 
 
 def as_written_lines(found: AsWritten | None) -> list[str]:
-    """Return how the mechanism as the user wrote it does, a sentence; nothing where the fit added nothing to it."""
+    """Return a sentence on the misfit of the mechanism as written; empty if the fit added nothing."""
     if found is None:
         return []
     ratios = [ratio for ratio in found.residual_over_noise.values() if math.isfinite(ratio)]
@@ -51,11 +51,12 @@ def _capital(words: str) -> str:
 
 
 def added_notes(fit: Fit) -> dict[str, str]:
-    """Return remarks for the estimated mechanism file on what the fit added, by dotted name of parameter or option."""
+    """Return remarks on added terms for the estimated mechanism file, by dotted name of parameter or option."""
     notes: dict[str, str] = {}
     for one in fit.added_terms:
         note = f"added by mechid: {one.words}; the records need it (chi-square {one.chi_square:.4g} for {one.dof})"
         places = {name.rpartition(".")[0] for name in one.parameters}
+        # A parameter that came with a block keeps the remark of the first term there; a term's own take that term's.
         notes |= {
             n: note for n, p in fit.parameters.items() if p.added and n.rpartition(".")[0] in places and n not in notes
         }
@@ -69,7 +70,7 @@ def added_notes(fit: Fit) -> dict[str, str]:
 
 
 def added_comment(fit: Fit) -> list[str]:
-    """Return what the head of the estimated mechanism file says of added terms, a line or none."""
+    """Return the line on added terms in the head of the estimated mechanism file, if there are any."""
     added = [one.name for one in fit.added_terms]
     if not added:
         return []

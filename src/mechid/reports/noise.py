@@ -1,4 +1,4 @@
-"""Words on a residual against its record's noise: one judgement, wherever it is shown."""
+"""Words that compare a residual with the noise of its record, used wherever it is shown."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from mechid.ink.data import Data
 from mechid.ink.digits import count_text, digits, plain
 
 DIGITS = (3, 4, 5, 6)
-"""As many as tell a ratio from the largest by chance."""
+"""Numbers of digits to try, until a ratio differs from the largest ratio by chance."""
 
 
 def against_noise(data: Data, row: Data) -> AgainstNoise:
-    """Return a validated channel's residual beside the noise that was known of it before the fit.
+    """Compare the residual of a validated channel with the noise level known before the fit.
 
-    A level that rests on the residual itself says nothing of it.
+    A level derived from the residual itself would not test it.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def against_noise(data: Data, row: Data) -> AgainstNoise:
 
 
 def raised_words(fit: Data) -> str:
-    """Return that a channel's noise level was raised in the fit, nothing where it was not.
+    """Return a sentence if the fit inflated the noise level of a channel, else an empty text.
 
     Examples
     --------
@@ -57,7 +57,7 @@ def _number(value: float | None) -> float:
 
 
 def level_words(residual: AgainstNoise, *, complete: bool = False) -> str:
-    """Return how a residual stands to the noise as a sentence; of a model that is complete, that it explains all.
+    """Return a sentence that compares a residual with the noise; `complete` states that the model explains all.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def level_words(residual: AgainstNoise, *, complete: bool = False) -> str:
 
 
 def above_words(residual: AgainstNoise) -> str:
-    """Return by how much a residual is above what white noise gets, and what chance has to do with it.
+    """Return the ratio of a residual to the noise floor, and the largest ratio expected by chance.
 
     Examples
     --------
@@ -86,6 +86,7 @@ def above_words(residual: AgainstNoise) -> str:
     '1.16 times the noise floor, and coloured: 10001 samples worth 31 effective ones, by chance up to 1.2'
     """
     most, effective = residual.most_by_chance, count_text(residual.effective_samples)
+    # With fewer digits, the ratio could read as equal to the bound that it exceeds.
     count = next((n for n in DIGITS if digits(residual.ratio, n) != digits(most, n)), DIGITS[-1])
     times = f"{digits(residual.ratio, count)} times the noise floor"
     if residual.ratio > NOISE.misfit:

@@ -1,4 +1,4 @@
-"""Every number that is shown of a fit, in one plain dict; what prints it only prints."""
+"""Numbers of a fit with their texts in one plain dict, which printers show without further computation."""
 
 from __future__ import annotations
 
@@ -34,22 +34,22 @@ def report_data(
     synthetic: bool = False,
     validation: Mapping[str, RecordValidation] | None = None,
 ) -> dict[str, Any]:
-    """Return all that a report of a fit shows.
+    """Return all numbers of the report of a fit.
 
     Parameters
     ----------
     fit : Fit
     truth : mapping of dotted name to float, or None
-        True values in the file's units, where they are known: of a synthetic campaign alone.
+        True values in the file's units, known for synthetic campaigns only.
     synthetic : bool
-        Whether the records are made up, which every report then says.
+        Whether the records were simulated, which every report then states.
     validation : mapping or None
         Of the records, as `validate` makes it.
 
     Returns
     -------
     dict
-        Numbers, and beside those that need rounding their text. JSON can hold it.
+        Numbers, with texts of those that need rounding; JSON-serialisable.
     """
     truth = truth or {}
     left_out = {name for name, r in fit.records.items() if r.reading.left_out}
@@ -81,7 +81,7 @@ def report_data(
 
 
 def _reason(reason: Reason) -> dict[str, Any]:
-    """Return why a fit has no better grade, the cause in words beside its code."""
+    """Return a reason for the grade of a fit, with the cause as code and in words."""
     return {**reason.to_dict(), "words": CAUSE_WORDS[reason.cause]}
 
 
@@ -142,7 +142,7 @@ def _records_alone(prior: PriorShare) -> str:
 
 
 def _deviation(p: ParameterEstimate, truth: float | None) -> float | None:
-    """Return (estimate - truth) / sigma, an angle the short way round; None where there is no sigma."""
+    """Return (estimate - truth) / sigma, for angles of the shorter way round; None without a sigma."""
     if truth is None or not p.std_error:
         return None
     difference = angle_difference(p.value, truth) if p.unit == "deg" else p.value - truth

@@ -1,8 +1,8 @@
-"""A long record for a page: the outline of all of it, and every sample of the stretches that have a name.
+"""Long record for a page: its outline, and all samples of named stretches.
 
-Every sample of an hour at 10 kHz would be a page of some 50 MB. The outline holds the least and the largest sample of
-each of `COLUMNS` columns, as whole steps with their numbers, both as differences; a page draws it as it does
-samples. Stretches are `Trace`s.
+All samples of an hour at 10 kHz would make a page of about 50 MB. The outline holds the minimum and maximum of each of
+`COLUMNS` columns as integer steps with their sample numbers, both as differences; a page draws it like samples.
+Stretches are `Trace` objects.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from mechid.signal.series import Series, stretch_of
 from mechid.signal.stored import samples_at
 
 COLUMNS = 8192
-"""Of the whole record: five times what a wide screen has."""
+"""Columns of the whole record: five times those of a wide screen."""
 DETAIL_S = 2.0
-"""Of a stretch whose every sample is there."""
+"""Length of a stretch that is kept with all samples, s."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Extremes:
-    """The least and the largest sample of each column of a curve: their numbers, and their whole steps."""
+    """Minimum and maximum of each column of a curve: sample numbers and integer steps."""
 
     numbers: Packed
     steps: Packed
@@ -44,12 +44,12 @@ class Outline:
     samples : int
     start_s, sample_rate_hz : float
     step : float
-        What one whole number stands for, N m.
+        Unit of the integers, N m.
     curves : mapping of str to Extremes
-        Of ``"measured"``, less offset and drift, ``"modelled"`` and ``"residual"``; the last two as far as the
-        simulation came.
+        ``"measured"``, less offset and drift, ``"modelled"`` and ``"residual"``; the last two up to the end of the
+        simulation.
     stretches : mapping of str to Trace
-        Every sample of the stretches that are worth a look, by their words.
+        All samples of the named stretches.
     """
 
     samples: int
@@ -61,7 +61,7 @@ class Outline:
 
     @property
     def column_s(self) -> float:
-        """How long a column lasts, s."""
+        """Duration of a column, s."""
         return self.samples / self.sample_rate_hz / COLUMNS
 
 
@@ -74,9 +74,10 @@ def outline_of(prediction: Prediction, noise: float, around: Mapping[str, float]
     noise : float
         Standard deviation of the record's noise, N m.
     around : mapping of str to float
-        Record time in s in the middle of each stretch that is shown in every sample, by its words.
+        Record time in s of the middle of each stretch, by its name.
     """
     p = prediction
+    # Beyond the end of a failed simulation there is nothing finite to round to steps.
     reached = reached_by(p.modelled)
     left = Remainder(p.measured, p.level.line, p.modelled)
     modelled, residual = (stretch_of(one, 0, reached) for one in (p.modelled, left))
@@ -93,9 +94,10 @@ def outline_of(prediction: Prediction, noise: float, around: Mapping[str, float]
 
 
 def _part(p: Prediction, middle_s: float) -> slice:
-    """Return the samples around a time, as many within the record as a stretch has."""
+    """Return the slice of a stretch around a time, shifted to lie within the record."""
     samples = round(DETAIL_S * p.base.sample_rate_hz)
     middle = round((middle_s - p.base.start_s) * p.base.sample_rate_hz)
+    # At an end of the record the stretch is shifted inwards, so that it keeps its length.
     first = min(max(middle - samples // 2, 0), max(p.base.samples - samples, 0))
     return slice(first, min(first + samples, p.base.samples))
 
@@ -103,6 +105,7 @@ def _part(p: Prediction, middle_s: float) -> slice:
 def _extremes(series: Series, step: float) -> Extremes:
     kept = envelope(series, COLUMNS)
     steps = np.rint(samples_at(series, kept) / step).astype(np.int64)
+    # Differences of ascending numbers are small, and small numbers deflate well.
     return Extremes(numbers=pack_integers(np.diff(kept, prepend=0)), steps=pack_integers(np.diff(steps, prepend=0)))
 
 

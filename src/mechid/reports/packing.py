@@ -38,8 +38,10 @@ def pack_integers(values: IntArray) -> Packed:
 
 def pack_integer_blocks(size: int, parts: Iterable[IntArray]) -> Packed:
     """Return whole numbers, `size` of them, that come block by block, as text."""
+    # Little-endian on every platform: the page's script takes the first plane as the lowest bytes.
     words, done = np.empty(size, dtype="<u4"), 0
     for part in parts:
+        # The arithmetic shift by 63 gives 0 or -1, so that the bits of negative numbers are inverted.
         words[done : done + part.size] = ((part << 1) ^ (part >> 63)).astype("<u4")
         done += part.size
     return _pack("int", words)
@@ -68,12 +70,15 @@ def unpack(packed: Packed) -> FloatArray:
 
 def pack_text(text: str) -> str:
     """Return a text deflated, in base64."""
+    # The slowest level pays off: the only text is BokehJS, which is packed once and then cached.
     return base64.b64encode(zlib.compress(text.encode("utf-8"), 9)).decode("ascii")
 
 
 def _pack(kind: str, words: NDArray[Any]) -> Packed:
+    # Bytes of one rank together: the upper bytes of small numbers are runs of zeros.
     planes = np.ascontiguousarray(words).view(np.uint8).reshape(words.size, WORD).T
     deflate = zlib.compressobj(LEVEL)
+    # A plane is a strided view, of which each block is copied by itself.
     parts = [deflate.compress(plane[part].tobytes()) for plane in planes for part in blocks(words.size)]
     data = base64.b64encode(b"".join((*parts, deflate.flush()))).decode("ascii")
     return {"kind": kind, "size": int(words.size), "data": data}

@@ -17,15 +17,15 @@ from mechid.reports.trace import Trace
 from mechid.units import unit_words
 
 AROUND_S, SAMPLES = 0.15, 60
-"""What the buttons beside a record show: half-width around its largest sample, number of single samples."""
+"""Ranges of the buttons next to a record: half-width around its largest sample in s, number of single samples."""
 LEVELS_A_DECADE = 40.0
-"""Of a spectrogram's amplitudes: half a decibel."""
+"""Resolution of a spectrogram's amplitudes: half a decibel."""
 LEAST_AMPLITUDE = 1e-9
 ORDER_WORDS = {0.5: "½"}
 
 
 def payload(curves: Curves, resonances: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return what the script draws of one channel of a record; JSON can hold it."""
+    """Return the data of one channel of a record for the script; JSON-serialisable."""
     constant = len(curves.rate) == 1
     return {
         "name": curves.name,
@@ -39,6 +39,7 @@ def payload(curves: Curves, resonances: Sequence[Mapping[str, Any]]) -> dict[str
         },
         "shown_hz": shown_hz(curves),
         "density": {"hz": pack_floats(curves.density_hz), "residual": pack_floats(curves.residual_density)},
+        # JSON has no NaN.
         "noise_density": float(np.nan_to_num(curves.noise_density)),
         "correlation": pack_floats(curves.correlation),
         "limit": curves.limit,
@@ -75,7 +76,7 @@ def _outline(outline: Outline) -> dict[str, Any]:
 
 
 def shown_hz(curves: Curves) -> float:
-    """Return up to which frequency a spectrum is shown at first: the paper's 500 Hz, or six times the step rate."""
+    """Return the initial upper frequency of a spectrum in Hz: 500, as on paper, or six times the step rate."""
     return float(min(max(500.0, 6.0 * curves.largest_rate), 0.5 * curves.trace.sample_rate_hz))
 
 
@@ -90,9 +91,10 @@ def order_word(order: float) -> str:
 
 
 def zooms(curves: Curves) -> list[dict[str, Any]]:
-    """Return the stretches of a record that are worth a look, record time in s from and to."""
+    """Return the named stretches of a record, each with its range of record time in s."""
     base, peak = curves.base, curves.largest_s
     first, last = base.start_s, base.start_s + (base.samples - 1) / base.sample_rate_hz
+    # In a short record the usual stretch would be the whole record.
     around = min(AROUND_S, 0.25 * (last - first))
     few = min(0.5 * SAMPLES / base.sample_rate_hz, around)
     stretches = {
@@ -115,6 +117,7 @@ def _image(s: Spectrogram) -> dict[str, Any]:
         "levels_a_decade": LEVELS_A_DECADE,
         "time_s": [float(s.time_s[0]), float(s.time_s[-1])],
         "hz": float(s.frequency_hz[-1]),
+        # The logarithmic scale of a record of zeros needs an end above zero.
         "high": float(np.nanmax(s.measured)) or 1.0,
         "measured": pack_integers(_levels(s.measured)),
         "modelled": pack_integers(_levels(s.modelled)),
@@ -122,6 +125,7 @@ def _image(s: Spectrogram) -> dict[str, Any]:
 
 
 def _levels(amplitude: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """Return amplitudes as whole half decibels over one unit, row after row; what is none is as good as zero."""
+    """Return amplitudes in integer half decibels over one unit, row by row; NaN counts as zero."""
+    # Neither NaN nor the logarithm of zero is a whole number.
     size = np.maximum(np.nan_to_num(amplitude), LEAST_AMPLITUDE)
     return np.asarray(np.rint(LEVELS_A_DECADE * np.log10(size)), dtype=np.int64).ravel()

@@ -56,6 +56,7 @@ def _torque() -> Any:
     add_legend(above, curves)
     for plot, lines in ((above, curves), (below, [residual])):
         plot.add_tools(hover_on(lines, [("time", "@x{0.000000} s"), ("torque", "@y{0.000000} N m")]))
+    # Both plots share a time axis, which the lower one labels.
     above.xaxis.visible = False
     return stack_axes([above, below])
 
@@ -78,6 +79,7 @@ def _spectrum() -> Any:
             text_baseline="top",
             x_offset=3,
         )
+    # The residual is drawn first, beneath the other lines; the legend names it last.
     curves = [add_line(plot, name) for name in ("residual", "measured", "modelled")]
     add_legend(plot, [curves[1], curves[2], curves[0]])
     plot.add_tools(hover_on(curves, [("frequency", "@x{0.0} Hz"), ("amplitude", "@y{0.000000} N m")]))
@@ -113,6 +115,7 @@ def _spectrogram() -> Any:
     mapper = LogColorMapper(palette=Cividis256, low=1e-4, high=1.0, name="colours")
     plots = [_image(which, mapper, time, frequency) for which in ("measured", "modelled")]
     plots[1].add_layout(amplitude_bar(mapper), "below")
+    # Room for the colour bar, so that both images keep the same height.
     plots[1].height += 60
     return stack_axes(plots)
 
@@ -171,6 +174,7 @@ def empty_plot(x_label: str, y_label: str, *, height: int = HEIGHT, **more: Any)
 def add_curve(plot: Any, name: str) -> Any:
     """Add a line whose samples show as points where there is room for them."""
     line = add_line(plot, name)
+    # The page's script shows the points once few samples are in view.
     plot.scatter("x", "y", source=line.data_source, size=4, name=f"{name} samples", visible=False)
     return line
 
@@ -178,6 +182,7 @@ def add_curve(plot: Any, name: str) -> Any:
 def add_line(plot: Any, name: str) -> Any:
     """Add a line over an empty source; both are found by the name."""
     source = ColumnDataSource({"x": [], "y": []}, name=f"{name} data")
+    # The model is drawn over the measurement and would cover a line of the same width.
     width = 2.4 if name == "measured" else 1.2
     return plot.line("x", "y", source=source, name=name, line_width=width, line_join="round")
 

@@ -40,13 +40,13 @@ USES = {
 
 
 def record_parts(data: Mapping[str, Any], curves: Sequence[Curves]) -> Iterator[Part]:
-    """Yield what documents say of the records, and what a terminal does.
+    """Yield the parts on the records, for documents and for a terminal.
 
     Parameters
     ----------
     data : mapping
     curves : sequence of Curves
-        Of the records, in their order, each record's leading channel first.
+        Curves of the records in order, each beginning with its leading channel.
     """
     said = FOLLOWED if has_only_torque(data["channels"]) else FOLLOWED_BY_CHANNEL
     parts: list[Part] = [Words(RECORDS, where=IN_DOCUMENTS), Rows(followed_table(data), said, where=ON_TERMINAL)]
@@ -54,13 +54,14 @@ def record_parts(data: Mapping[str, Any], curves: Sequence[Curves]) -> Iterator[
         parts.append(Rows(record_table(data), where=IN_DOCUMENTS))
     yield Section("Records", parts, "records", "Records")
     yield from _predictions(data)
+    # Only the curves of a leading channel bear the plain name of their record.
     firsts = [k for k, one in enumerate(curves) if one.name == one.record]
     sections = [_record(data, curves[first:end]) for first, end in pairwise((*firsts, len(curves)))]
     yield Section("", sections, entry="records", where=IN_DOCUMENTS)
 
 
 def _predictions(data: Mapping[str, Any]) -> Iterator[Section]:
-    """Yield, for a terminal, how the records that the fit has not seen are predicted."""
+    """Yield, for a terminal, the prediction of the records that were not fitted."""
     for rows, words in ((held_out(data["validation"]), HELD_OUT), (left_out(data["validation"]), LEFT_OUT)):
         yield Section(f"{words}; residual in {_unit(rows)}", (Rows(validation_table(rows)),), where=ON_TERMINAL)
     orders = held_out(data["orders"])
@@ -72,7 +73,7 @@ def _unit(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _record(data: Mapping[str, Any], curves: Sequence[Curves]) -> Section:
-    """Return a record: how it was driven, its leading channel, and each other one."""
+    """Return the section of a record: its command, its leading channel, and its other channels."""
     leading, *others = curves
     driven = data["driven"][leading.record]
     taken = ", ".join(f"{key} {value}" for key, value in driven["taken"].items())

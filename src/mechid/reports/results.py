@@ -1,4 +1,4 @@
-"""The files that an identification leaves in its folder."""
+"""Result files of an identification."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def write_results(
 ) -> list[Path]:
     """Write estimate.json, report.json, residual.json and the mechanism with the estimated values.
 
-    Where a record has components beside its torque, components.json too. Each is written beside its place first;
-    earlier ones are replaced when all are whole.
+    If a record has components besides its torque, components.json is written too. Earlier files are replaced once all
+    new ones are complete.
 
     Parameters
     ----------
@@ -51,8 +51,8 @@ def write_results(
     mechanism_name : str
         Name of the mechanism file.
     validation : mapping or None
-        Of the records, as `validate` makes it; estimate.json holds it under each record, and residual.json what is
-        left of their torques.
+        Validation of the records, from `validate`; estimate.json holds it under each record, and residual.json holds
+        the residuals of their torques.
 
     Returns
     -------
@@ -65,6 +65,7 @@ def write_results(
         The folder cannot be written to.
     """
     fit = replace(fit, synthetic=data["synthetic"])
+    # Estimate and report are signed with the digest of this text, so it comes first.
     text = estimated_text(fit)
     fit = sign_provenance(fit, mechanism_name, text)
     texts = {

@@ -1,4 +1,4 @@
-"""The public functions of a fit: identify, in memory or into a folder, and write its report anew."""
+"""Public functions that identify a campaign, in memory or into a folder, and rewrite its report."""
 
 from __future__ import annotations
 
@@ -46,20 +46,20 @@ def identify(
     workers : int or None
         Threads; None takes one per core.
     executor : concurrent.futures.Executor or None
-        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+        External executor for the work, as `distributed.Client.get_executor()`; None uses threads.
     listener : callable or None
         Called with each `Progress`; None shows a line in a notebook and nothing elsewhere.
     near : mapping of str to float or None
-        Values by dotted name, in the file's units, that are close to the optimum, so that what they leave of the
-        records is noise. Search and confirmation are left out; they have no effect where the campaign has stages.
+        Values by dotted name, in the file's units, so close to the optimum that their residuals are noise. Search and
+        confirmation are then omitted. They have no effect if the campaign has stages.
     complete : bool
-        Add to the mechanism what its records say it lacks, and identify again; `completed` of the fit has the steps,
-        and its `mechanism` and `parameters` are those of the completed one.
+        Add the missing effects that the records support to the mechanism, and identify again. `completed` of the fit
+        holds the steps; its `mechanism` and `parameters` are those of the completed mechanism.
 
     Returns
     -------
     Fit
-        Also where the fit did not succeed or was interrupted: its `outcome` and `grade` say so. It holds the campaign,
+        Returned also after a failure or an interruption, which its `outcome` and `grade` state. It holds the campaign,
         for `plot` and `write`.
 
     Raises
@@ -94,21 +94,21 @@ def identify_into(
     complete: bool = False,
     truth: Mapping[str, float] | None = None,
 ) -> Identified:
-    """Identify as `identify` does, and leave in a folder what ``mechid identify`` leaves: journal, results, report.
+    """Identify as `identify`, and write the files of ``mechid identify`` into a folder: journal, results, report.
 
     Parameters
     ----------
     campaign, seed, workers, executor, listener, complete
         As of `identify`.
     out : Path
-        Folder for the results; made where missing. Every other command goes on from there, if the campaign is one of
+        Folder for the results, created if missing. All other commands can use it if the campaign was loaded from
         files.
     say : callable or None
-        Called with single lines; None shows the last one in a notebook and nothing elsewhere.
+        Called with single lines; None shows the latest one in a notebook and nothing elsewhere.
     resume : bool
-        Go on where the last run in `out` was stopped.
+        Whether to resume the last run in `out`.
     truth : mapping of str to float or None
-        True values by dotted name, in the file's units: of records that were simulated, which the report then says.
+        True values of simulated records by dotted name, in the file's units; the report then states the simulation.
 
     Returns
     -------
@@ -181,7 +181,9 @@ def report(
     """
     own, folder = campaign or fit.required_campaign, Path(out)
     with hold_folder(folder), Pens() as pens, Illustration(own, fit, folder, pens) as illustration:
+        # Results of this very fit stay: the files hold one another's digests.
         again = _is_there(fit, folder)
+        # True values are stored in report.json alone, which is replaced below.
         was, known = read_truth(folder) if again and truth is None else (False, truth)
         fit = replace(fit, synthetic=fit.synthetic or synthetic or was or truth is not None)
         validation = validate(own, fit, illustration.begin)
@@ -192,6 +194,7 @@ def report(
         files += write_report(data, own, fit, validation, folder, illustration)
         if again:
             files += [write_residual(fit, validation, folder), *write_components(fit, validation, folder)]
+    # report.json is written with the results and again with the report.
     return list(dict.fromkeys(files))
 
 

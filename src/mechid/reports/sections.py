@@ -1,4 +1,4 @@
-"""The report of a fit as a document: verdict, parameters, records, what they tell, stages, model, provenance."""
+"""Report of a fit as a document: verdict, parameters, records, information, stages, model, provenance."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 ABOUT_ALL = "all records"
 ABOUT_RECORDS = ("record ", "records ")
-"""How a warning begins that says whom of the records it concerns."""
+"""Prefixes of warnings that concern single records."""
 PARAMETERS = (
     "Catalogue values and estimates with one standard error, which counts noise of any colour and what the model "
     "lacks; the last digits of an estimate are those of its error."
@@ -88,7 +88,7 @@ def report_document(
 
 
 def _verdict(data: Mapping[str, Any]) -> Iterator[Part]:
-    """Yield the verdict; on a terminal with what to do, what is wrong with the files first."""
+    """Yield the verdict; a terminal adds warnings and next steps, beginning with errors in the files."""
     tone, headline = verdict(data)
     questions = [(q["question"], q["answers"]) for q in data["summary"]["questions"]] if "summary" in data else []
     yield Verdict(headline, questions, tone, Lines(data["warnings"], heading="Warnings", where=IN_DOCUMENTS))
@@ -99,6 +99,7 @@ def _verdict(data: Mapping[str, Any]) -> Iterator[Part]:
     reasons = [reason for reason in data["reasons"] if reason not in of_file]
     found = [f"{one['name']}: {one['words']}{one['text']['apart']} (below)" for one in data["missing"]]
     outcome = data["outcome"]["message"]
+    # A reason may begin with the sentence of the outcome, which would then appear twice.
     is_said = any(reason["text"].startswith(outcome) for reason in data["reasons"])
     parts: tuple[Part, ...] = (
         Lines(found, "found, not declared", style="yellow"),
@@ -114,21 +115,21 @@ def _verdict(data: Mapping[str, Any]) -> Iterator[Part]:
 
 
 def _reasons(reasons: Sequence[Mapping[str, Any]]) -> Iterator[Lines]:
-    """Yield why a fit has no better grade, each with what to do."""
+    """Yield the reasons for the grade of a fit, each with its next step."""
     for reason in reasons:
         yield Lines([reason["text"]], reason["words"])
         yield Lines([reason["next_command"]], "next")
 
 
 def _completion(completed: Mapping[str, Any] | None) -> Iterator[Section]:
-    """Yield the steps by which the mechanism was completed, where that was asked for."""
+    """Yield the steps that completed the mechanism, if completion was requested."""
     if completed is not None:
         parts: tuple[Part, ...] = (*map(Words, completed["said"]), Rows(path_table(completed["rows"])))
         yield Section(COMPLETED_TITLE, parts, "completed", "Completed")
 
 
 def _undeclared_effect(one: Mapping[str, Any]) -> Section:
-    """Return what the files do not declare and the fit has, and what declares it."""
+    """Return the section of an effect that the fit added, with the text that declares it."""
     text = one["text"]
     file, added = ("mechanism", "; it was added") if one["block"] else ("campaign", "")
     said = (
@@ -167,7 +168,7 @@ def _side(rows: Sequence[Mapping[str, Any]]) -> Iterator[Section]:
 
 
 def _conclusions(data: Mapping[str, Any]) -> Iterator[Part]:
-    """Yield what the estimate tells beyond the records, in documents alone."""
+    """Yield resonances, dependence and information of the estimate, in documents only."""
     if "summary" in data:
         found = "; ".join(f"{one['name']} {one['text']['frequency_hz']} Hz" for one in data["resonances"])
         yield Words(RESONANCES.format(found) if found else "", where=IN_DOCUMENTS)

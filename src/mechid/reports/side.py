@@ -1,4 +1,4 @@
-"""The rows of the forces and moments that records have beside their torque: the largest lines of each component."""
+"""Rows of the forces and moments measured besides the torque: the largest lines of each component."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SIDE_SAID = (
     "are in components.json, which the budget reads."
 )
 SHOWN = 3
-"""Orders of each component, each at the rate at which it is largest."""
+"""Largest number of orders of each component, each at the rate of its largest amplitude."""
 SIDE_COLUMNS = (
     Column("component", "component", words=True),
     Column("order", "order"),
@@ -38,18 +38,19 @@ SIDE_COLUMNS = (
 
 
 def side_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]]:
-    """Return a row for each of the largest lines of each component; none where no record has any."""
+    """Return a row for each of the largest lines of each component; empty if no record has any."""
     lines = [line for record in validation.values() for line in _lines(record)]
     rows: list[dict[str, Any]] = []
     for component in dict.fromkeys(line["component"] for line in lines):
         own = sorted((x for x in lines if x["component"] == component), key=lambda x: float(-x["amplitude"]))
+        # In ascending amplitude, the largest line of each order is entered last and stays.
         largest = {line["order"]: line for line in reversed(own)}.values()
         rows += islice(sorted(largest, key=lambda x: float(-x["amplitude"])), SHOWN)
     return [{**row, "text": _texts(row)} for row in rows]
 
 
 def _lines(record: RecordValidation) -> Iterator[dict[str, Any]]:
-    """Yield the lines of a record that are more than noise."""
+    """Yield the lines of a record that exceed the noise."""
     for at in record.side:
         lines = side_lines(at)
         for k, j in np.argwhere(lines.heard).tolist():

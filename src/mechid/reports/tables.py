@@ -28,10 +28,11 @@ TRUTH = (Column("truth", "truth"), Column("off", "deviation_sigmas"))
 
 
 def _bounds(row: Row) -> Markup:
-    """Return where nominal value and estimate lie between the bounds, drawn."""
+    """Return a bar that shows nominal value and estimate between the bounds."""
     if row["place"] is None:
         return Markup("")
     marks = Markup('<i style="left: {}%"></i><i class="now" style="left: {}%"></i>')
+    # The bar is hidden from screen readers, which read the bounds in the columns beside it.
     bar = Markup('<span class="bounds" aria-hidden="true">{}</span>')
     return bar.format(marks.format(row["nominal_place"], row["place"]))
 

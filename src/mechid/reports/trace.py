@@ -1,8 +1,8 @@
-"""Every sample of a record and of its prediction, small enough for a page.
+"""Compact encoding of all samples of a record and its prediction for a page.
 
-Both are rounded to whole steps of a tenth of the record's noise, so that a sample is off by at most a twentieth
-of it. The prediction goes as its second differences, the record as its difference to the prediction: small
-numbers both, which deflate well.
+Both are rounded to integer steps of a tenth of the record's noise, so that a sample is off by at most a twentieth of
+it. The prediction is stored as second differences, the record as its difference from the prediction. Both are small
+numbers, which deflate well.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ class Trace:
     samples : int
     start_s, sample_rate_hz : float
     step : float
-        What one whole number stands for, N m.
+        Unit of the integers, N m.
     offset, drift : float
-        What was removed from the record, N m at its first sample and N m a sample.
+        Line removed from the record: N m at its first sample, and N m per sample.
     model : Packed
-        Second differences of the prediction; as many as the simulation reached.
+        Second differences of the prediction, up to the end of the simulation.
     difference : Packed
         Record less offset, drift and prediction; beyond the prediction, less the first two alone.
     """
@@ -60,7 +60,7 @@ def trace_of(prediction: Prediction, noise: float, part: slice = ALL) -> Trace:
     noise : float
         Standard deviation of the record's noise, N m.
     part : slice
-        Which samples of it; all by default.
+        Samples to take; all by default.
     """
     base, line, step = prediction.base, prediction.level.line, step_of(prediction, noise, part)
     first, stop, _ = part.indices(base.samples)
@@ -79,15 +79,16 @@ def trace_of(prediction: Prediction, noise: float, part: slice = ALL) -> Trace:
 
 
 def step_of(prediction: Prediction, noise: float, part: slice = ALL) -> float:
-    """Return what one whole number stands for, N m: a tenth of the noise, or more where samples are very large."""
+    """Return the unit of the integers in N m: a tenth of the noise, or more for very large samples."""
     series = (stretch_of(one, *part.indices(one.size)[:2]) for one in (prediction.level, prediction.modelled))
     measured, modelled = series
     largest = max(_largest(measured), _largest(stretch_of(modelled, 0, reached_by(modelled))))
+    # A record of zeros without noise has no scale; any step represents it.
     return max(SHARE_OF_NOISE * noise if np.isfinite(noise) else 0.0, largest / LARGEST) or 1.0
 
 
 def reached_by(modelled: Series) -> int:
-    """Return up to which sample a prediction is finite."""
+    """Return the number of samples before the first that is not finite."""
     for part in blocks(modelled.size):
         lost = np.flatnonzero(~np.isfinite(modelled[part]))
         if lost.size:
@@ -104,17 +105,19 @@ def _steps(y: FloatArray, step: float) -> IntArray:
 
 
 def _second_differences(y: Series, step: float) -> Iterator[IntArray]:
-    """Yield those of the whole steps of samples, zeros before the first, block by block."""
+    """Yield second differences of the rounded samples block by block, with zeros before the first sample."""
     for part in blocks(y.size):
+        # Two samples of the previous block make the differences continue across its end.
         two = _steps(y[max(part.start - 2, 0) : part.start], step)
         before = np.concatenate((np.zeros(2 - two.size, dtype=np.int64), two))
         yield np.diff(_steps(y[part], step), n=2, prepend=before)
 
 
 def _differences(measured: Series, modelled: Series, step: float) -> Iterator[IntArray]:
-    """Yield the whole steps of samples less those of the prediction, as far as it goes, block by block."""
+    """Yield the rounded samples less the rounded prediction, up to its end, block by block."""
     for part in blocks(measured.size):
         steps, model = _steps(measured[part], step), _steps(modelled[part], step)
+        # Both are rounded before the subtraction, so that the sum on the page is the rounded sample exactly.
         steps[: model.size] -= model
         yield steps
 

@@ -1,4 +1,4 @@
-"""The verdict: is the fit good, what is least certain, what would improve it; sentences made of the numbers."""
+"""Verdict on a fit in sentences: quality, largest uncertainty, and possible improvement."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ TONES = {"A": GOOD, "B": CAUTION}
 READ_CAUTIONS = "Read the cautions before its values are used."
 STRONG = 0.95
 COLOURED = 1.5
-"""Standard error for noise of any colour over that for white noise from which residuals are said to be coloured."""
+"""Ratio of the standard error for coloured noise to that for white noise above which residuals count as coloured."""
 WORTH = 0.98
-"""A record that would not lower a standard error below this factor is not proposed."""
+"""Largest factor on a standard error at which a further record is proposed."""
 
 Residuals = list[tuple[Data, AgainstNoise]]
 """The rows of a validation, each with its residual beside the record's noise."""
 
 
 def summary_data(data: Data) -> dict[str, Any]:
-    """Return the verdict on what a report shows: grade, tone, headline, and answers to three questions.
+    """Return the verdict of a report: grade, tone, headline, and answers to three questions.
 
-    An incomplete model has a fourth: what it is missing.
+    For an incomplete model, a fourth question lists its missing effects.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def summary_data(data: Data) -> dict[str, Any]:
 
 
 def verdict(data: Data) -> tuple[str, str]:
-    """Return the tone and the headline of what `report_data` made."""
+    """Return the tone and the headline for the result of `report_data`."""
     tone = _tone(data, _residuals(data))
     careful = data["grade"] == "A" and tone != GOOD
     return tone, f"{data['grade_words']} {READ_CAUTIONS}" if careful else data["grade_words"]
@@ -65,20 +65,21 @@ def _residuals(data: Data) -> Residuals:
 
 
 def least_certain(data: Data) -> Data | None:
-    """Return the free parameter of the largest relative error, that of an angle in radians."""
+    """Return the free parameter with the largest relative error; that of an angle is in radians."""
     free = [row for row in data["parameters"] if row["std_error"]]
     return max(free, key=relative_error, default=None)
 
 
 def relative_error(row: Data) -> float:
     """Return a parameter's standard error relative to its value, an angle's in radians."""
+    # The zero of an angle is arbitrary, so its error is not divided by its value.
     if row["unit"] == "deg":
         return math.radians(row["std_error"])
     return float(row["std_error"] / abs(row["estimate"])) if row["estimate"] else math.inf
 
 
 def _tone(data: Data, residuals: Residuals) -> str:
-    """Return how the verdict is coloured: a complete model too where something is to be read first."""
+    """Return the tone of the verdict; a complete model with cautions is not `GOOD`."""
     tone = TONES.get(data["grade"], BAD)
     if tone != GOOD:
         return tone
@@ -114,7 +115,7 @@ def _quality(data: Data, residuals: Residuals) -> list[str]:
 
 
 def _prediction_words(row: Data) -> str:
-    """Return how a record that was held out is predicted, and which part of it where one was fitted."""
+    """Return a sentence on the prediction of a held-out record, and on its fitted first part, if any."""
     fit = f"predicted with a fit of {row['text']['fit_percent']} %."
     if row.get("judged_from_s") is None:
         return f"Record {_name_words(row)} was held out and is {fit}"
@@ -127,7 +128,7 @@ def _capital(sentence: str) -> str:
 
 
 def _misfits(data: Data, residuals: Residuals) -> Residuals:
-    """Return what is above the noise, but for what was left out: that another model than its own misses it is sure."""
+    """Return the channels above the noise, without left-out records, which the model cannot follow."""
     above = (NoiseLevel.COLOURED, NoiseLevel.ABOVE)
     return [(row, r) for row, r in residuals if r.level in above and not row["left_out"]]
 
@@ -141,7 +142,7 @@ def _misfit(row: Data, residual: AgainstNoise) -> str:
 
 
 def _name_words(row: Data) -> str:
-    """Return a record's name, and the channel where that is not its torque."""
+    """Return the name of a record, with the channel unless it is the torque."""
     return str(row["name"]) if row["quantity"] == "torque" else f"{row['name']} ({quantity_words(row['quantity'])})"
 
 
@@ -206,11 +207,12 @@ def _improvement(data: Data, residuals: Residuals) -> list[str]:
 
 
 def _records_to_add(name: str, information: Data) -> list[str]:
-    """Name the record whose repetition helps most, and the one that helps most a second of test."""
+    """Name the record whose repetition helps most, and the one that helps most per second of test."""
     factors = information["repeated"][information["parameters"].index(name)]
     gains = dict(zip(information["records"], factors, strict=True))
     seconds = dict(zip(information["records"], information["duration_s"], strict=True))
     best = min(gains, key=lambda record: float(gains[record]))
+    # Negated, so that NaN counts as no gain.
     if not gains[best] < WORTH:
         return [f"No single record repeated once more would lower the standard error of {name} by more than 2 %."]
     lines = [
