@@ -151,7 +151,7 @@ def test_a_right_file_is_not_looked_at(monkeypatch):
     def refused(*_, **__):
         raise AssertionError("a start explains the first moments")
 
-    monkeypatch.setattr("mechid.identification.stages.reading_rungs.wrong_values", refused)
+    monkeypatch.setattr("mechid.identification.stages.reading_rungs.find_wrong_values", refused)
     assert identify(made_with(file_with()), workers=1).grade is Grade.A
 
 

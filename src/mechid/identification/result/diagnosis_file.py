@@ -41,7 +41,7 @@ def read_diagnosis(path: Path | str) -> dict[str, Any]:
         return _convert_entries(content)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         place = " ".join(str(error).split()) or type(error).__name__
-        raise InputFileError(f"{path} is damaged at {place}; {REMEDY}") from error
+        raise InputFileError(f"{path}: is damaged at {place}; {REMEDY}") from error
 
 
 def _convert_entries(content: Mapping[str, Any]) -> dict[str, Any]:

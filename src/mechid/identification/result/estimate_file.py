@@ -70,7 +70,7 @@ def read_estimate(path: Path | str, *, needs: Sequence[str] = TABLES) -> dict[st
     except OSError as error:
         raise InputFileError(f"{path} cannot be read ({error.strerror}); identify anew") from error
     except ValueError as error:
-        raise InputFileError(f"{path} is damaged ({error}); identify anew") from error
+        raise InputFileError(f"{path}: is damaged ({error}); identify anew") from error
     if not isinstance(content, dict):
         raise InputFileError(f"{path} is not an estimate: found {json.dumps(content)[:40]}, no table; identify anew")
     found = content.get("format")

@@ -110,7 +110,7 @@ def _build_checked(
         fit.to_dict()
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         place = " ".join(str(error).split()) or type(error).__name__
-        raise InputFileError(f"{path} is damaged at {place}; identify anew") from error
+        raise InputFileError(f"{path}: is damaged at {place}; identify anew") from error
     return fit
 
 
