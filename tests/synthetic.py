@@ -105,7 +105,7 @@ def measured(
     return torque + noise + OFFSET_NM + DRIFT_NM * np.linspace(0.0, 1.0, torque.size)
 
 
-def with_outputs(target: Target, y: np.ndarray) -> Target:
+def measuring(target: Target, y: np.ndarray) -> Target:
     """Return a target whose leading channel measures something else."""
     return with_leading(target, measured=y)
 

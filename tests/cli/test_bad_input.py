@@ -200,4 +200,4 @@ def test_a_mechanism_that_diverges_is_5_and_leaves_no_file(refused, changed, tmp
 
 def test_nothing_to_estimate_is_5(refused, campaign_folder, tmp_path):
     line = refused(5, "identify", campaign_folder / "exact", "--out", tmp_path / "out")
-    assert "nothing to estimate" in line
+    assert "no parameter to estimate" in line

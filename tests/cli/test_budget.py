@@ -124,7 +124,7 @@ def test_an_estimate_without_correlation_is_refused(refused, folder):
     del estimate["correlation"]
     (folder / "estimate.json").write_text(json.dumps(estimate), encoding="utf-8")
     line = refused(3, "budget", folder / "budget.toml", "--out", folder / "out")
-    assert "estimate.json: correlation: missing; it is damaged" in line
+    assert "estimate.json: correlation: missing; the file is damaged" in line
 
 
 def test_a_profile_from_file_to_file(run, folder):

@@ -51,7 +51,7 @@ def test_it_prints_where_the_page_is_and_ctrl_c_ends_it(staged):
 
 
 def test_a_tab_follows_an_identification_elsewhere_and_takes_up_its_estimate(run, staged, tmp_path, monkeypatch):
-    monkeypatch.setattr(journal_file, "GRADE", replace(GRADE, noted_every_s=0.0))
+    monkeypatch.setattr(journal_file, "GRADE", replace(GRADE, progress_interval_s=0.0))
     out = tmp_path / "result"
     session = Session(Source(load_campaign(staged), journal=out / journal_file.FILE_NAME))
     notes = []

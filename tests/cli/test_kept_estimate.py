@@ -57,8 +57,8 @@ def disturbed(monkeypatch, module, name, error):
     [
         ("validate", KeyboardInterrupt()),
         ("validate", OSError(5, "Input/output error")),
-        ("with_suggestions", KeyboardInterrupt()),
-        ("with_suggestions", MemoryError()),
+        ("add_suggestions", KeyboardInterrupt()),
+        ("add_suggestions", MemoryError()),
     ],
 )
 def test_what_ends_the_examination_leaves_the_estimate(run, wrong, tmp_path, monkeypatch, name, error):
@@ -92,7 +92,7 @@ def test_a_diagnosis_that_is_interrupted_leaves_the_estimate(run, wrong, tmp_pat
 
 
 def test_from_python_an_interrupted_examination_leaves_the_fit(wrong, monkeypatch):
-    disturbed(monkeypatch, identification, "with_suggestions", KeyboardInterrupt())
+    disturbed(monkeypatch, identification, "add_suggestions", KeyboardInterrupt())
     fit = mechid.identify(load_campaign(wrong / "bench"))
     assert fit.warnings[-1] == UNEXAMINED
     whole, _ = numbers(wrong / "whole")

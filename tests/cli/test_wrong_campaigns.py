@@ -36,7 +36,7 @@ LEFT_TO_IDENTIFY = (
 
 
 @pytest.fixture(scope="module")
-def write_target(tmp_path_factory):
+def written(tmp_path_factory):
     """Return a function that writes a wrong campaign, or the right one, into a folder whose name says nothing."""
     folder = tmp_path_factory.mktemp("benches")
     right = right_files(folder / "right")
@@ -55,27 +55,27 @@ def lines_of(result):
 
 
 def test_nothing_is_said_of_the_right_campaign(run, written):
-    result = run("check", write_target())
+    result = run("check", written())
     assert result.exit_code == 0
     assert "warning" not in result.stdout
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if name not in (*LEFT_TO_IDENTIFY, "semicolons")])
 def test_check_names_the_cause_in_its_first_lines(run, written, name):
-    said = lines_of(run("check", write_target(name)))
+    said = lines_of(run("check", written(name)))
     assert named(CASES[name], said) == "first lines", said[:FIRST]
 
 
 def test_a_decimal_comma_with_semicolons_is_read_as_meant(run, written):
     """Truth: the same numbers with points; what is said of both but for the folder is equal."""
-    one, other = (lines_of(run("check", write_target(name)))[1:] for name in ("semicolons", None))
+    one, other = (lines_of(run("check", written(name)))[1:] for name in ("semicolons", None))
     assert one == other
 
 
 @pytest.mark.parametrize("name", ["sign_one", "late_5ms_all", "gain_sweep", "16_as_8", "rotor_inertia"])
 def test_check_says_nothing_wrong_of_what_only_a_fit_shows(run, written, name):
     """A wrong cause would be worse than none: no record is read otherwise than declared."""
-    said = "\n".join(lines_of(run("check", write_target(name)))[:FIRST])
+    said = "\n".join(lines_of(run("check", written(name)))[:FIRST])
     assert not re.search("seem to be swapped|torque times|low-pass|hum|unit", said), said
 
 
@@ -83,7 +83,7 @@ def test_check_says_nothing_wrong_of_what_only_a_fit_shows(run, written, name):
 @pytest.mark.parametrize("name", LEFT_TO_IDENTIFY)
 def test_no_fit_is_confident_and_wrong(run, written, name):
     """Truth: the values that made the records; begun there, since the optimum is judged and not the way to it."""
-    campaign = write_target(name, from_truth=True)
+    campaign = written(name, from_truth=True)
     said = lines_of(run("identify", campaign, "--out", campaign / "result"))
     fit = {"named": named(CASES[name], said), **estimated(campaign / "result")}
     assert not is_confident_and_wrong(fit), fit["wrong"]

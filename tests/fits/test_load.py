@@ -81,7 +81,7 @@ def test_a_damaged_estimate_is_refused_before_its_records_are_read(left, tmp_pat
     _, folder, fit = left
     text = (folder / "estimate.json").read_text()
     (tmp_path / "estimate.json").write_text(text.replace('"correlation"', '"other"'))
-    with pytest.raises(InputFileError, match="correlation: missing; it is damaged or of another version"):
+    with pytest.raises(InputFileError, match="correlation: missing; the file is damaged or of another version"):
         load_fit(tmp_path, tmp_path / "nowhere.toml")
     assert estimate_text(fit)
 

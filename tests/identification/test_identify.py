@@ -120,5 +120,5 @@ def test_it_comes_to_the_truth_and_tells_how(campaign):
 
 def test_nothing_free_is_said(campaign):
     held = synthetic.bench(synthetic.truth().with_free(()), synthetic.truth(), "full_46", seed=3, seconds=0.05)
-    with pytest.raises(FitError, match="nothing to estimate"):
+    with pytest.raises(FitError, match="no parameter to estimate"):
         identify_from(held, {})

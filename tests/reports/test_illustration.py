@@ -34,7 +34,7 @@ def test_a_process_draws_what_this_one_would(tmp_path, monkeypatch):
     with Pens() as pens:
         pens.draw([sheet()], tmp_path)["line"].result()
     elsewhere = [(tmp_path / f"line.{kind}").read_bytes() for kind in ("svg", "png")]
-    monkeypatch.setattr(pens_module, "_started", unable)
+    monkeypatch.setattr(pens_module, "_start_process", unable)
     with Pens() as none:
         none.draw([sheet()], tmp_path)["line"].result()
     assert [(tmp_path / f"line.{kind}").read_bytes() for kind in ("svg", "png")] == elsewhere

@@ -121,7 +121,7 @@ def test_a_line_that_the_model_lacks_is_in_its_bound(paper, tmp_path):
     one = forcing(estimate, steppings(paper.trials)[0], np.array([46.0]))
     table = forcing_tables((one,), estimate)[0].numeric
     (at,) = np.flatnonzero(table["order"] == 0.25)
-    ratio = estimate.residual.carried.ratio(np.array([11.5]))[0]
+    ratio = estimate.residual.bench_to_flight.ratio(np.array([11.5]))[0]
     assert table["residual_Nm"][at] == pytest.approx(5e-3 * ratio, rel=1e-3)
     quantile = math.sqrt(stats.f.ppf(0.95, 2, 12))
     assert table["bound_Nm"][at] == pytest.approx(5e-3 * ratio * quantile, rel=0.15)  # of 200 draws

@@ -157,7 +157,7 @@ def test_nothing_is_named_where_nothing_is_missing():
     assert found.pictures.spectra == ()
     tried = {one.name: one.why for one in found.tried}
     assert {"stepper.detent:0.9deg", "gear.kinematic_error:1", "stepper.torque_harmonic:3"} <= tried.keys()
-    assert all(re.search("of the misfit, chi-square .* is asked for|not looked for", why) for why in tried.values())
+    assert all(re.search("of the misfit, chi-square .* is required|not looked for", why) for why in tried.values())
 
 
 def test_a_failed_fit_is_refused_with_what_to_do():

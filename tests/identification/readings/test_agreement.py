@@ -132,7 +132,7 @@ def test_all_signs_reversed_is_only_noted():
     within(fit)
     assert not fit.warnings
     assert {r.reading for r in fit.records.values()} == {DECLARED}
-    assert [n for n in fit.notes if "all signs" in n and "reversed" in n]
+    assert [n for n in fit.notes if "signs reverse together" in n]
 
 
 @pytest.mark.slow

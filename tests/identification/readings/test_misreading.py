@@ -90,7 +90,7 @@ def test_a_misread_record_beside_right_ones_gets_no_remedy(name):
 def test_what_was_seen_is_said_without_a_cause():
     (line,) = lines(MISREAD["raw counts"])
     assert line.startswith("all records: measured torque is far larger")
-    assert "look at how" in line
+    assert "check how" in line
 
 
 @pytest.mark.parametrize("unit", ["mN*m", "N*cm", "ozf*in"])

@@ -116,5 +116,5 @@ def test_a_resumed_profile_is_the_same(housing, tmp_path):
 
 
 def test_what_the_fit_did_not_move_is_refused(gain):
-    with pytest.raises(UsageError, match=r"--parameter gear\.stiffness: is known; the fit moved housing\.gain"):
+    with pytest.raises(UsageError, match=r"--parameter gear\.stiffness: is known; the fit estimated housing\.gain"):
         profiles(gain, ["gear.stiffness"])

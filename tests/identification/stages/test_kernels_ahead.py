@@ -112,7 +112,7 @@ def test_layouts_are_compiled_where_the_process_is_told_of_them(campaign, proble
     import pickle
     from types import SimpleNamespace
 
-    families = KernelsAhead(problem, campaign)._light
+    families = KernelsAhead(problem, campaign)._families_without_records
     sent = pickle.dumps((families, problem.coordinates.lanes))
     asked = []
     monkeypatch.setattr(kernels_ahead, "kernel_for", lambda plant, wanted: asked.append((plant.digest, wanted)))

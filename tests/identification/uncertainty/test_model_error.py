@@ -92,7 +92,7 @@ def test_clusters_by_phase_are_those_of_statsmodels(fitted):
 
 def test_leaving_out_a_record_is_a_fit_without_it(fitted, monkeypatch):
     """Truth: linear least squares of the other records' rows, from the same point."""
-    monkeypatch.setattr(model_error, "ERRORS", replace(ERRORS, irreplaceable=1.0))
+    monkeypatch.setattr(model_error, "ERRORS", replace(ERRORS, jackknife_ridge=1.0))
     problem, solution = fitted
     rows = [rows_of(problem, solution.q, t) for t in problem.targets]
     everything = np.concatenate(rows)
