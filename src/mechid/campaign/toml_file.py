@@ -20,6 +20,8 @@ KINDS = {
     "fleet": {"campaign", "before_after", "false_discovery_rate"},
 }
 """Top-level keys that identify the kind of a file."""
+SHARED = {"requirement"}
+"""Keys that files of several kinds have, so that they tell no other kind: campaigns and budgets have requirements."""
 _QUOTED = {'"': '\\"', "\\": "\\\\"}
 
 
@@ -46,7 +48,7 @@ def read_toml(path: Path, kind: str = "") -> dict[str, Any]:
     if any("\0" in each for each in _texts(table)):
         raise InputFileError(f"{path.name}: a text holds the character NUL, which no name can have; leave it out")
     if kind and not KINDS[kind] & table.keys():
-        other = next((name for name, keys in KINDS.items() if keys & table.keys()), "")
+        other = next((name for name, keys in KINDS.items() if (keys - SHARED) & table.keys()), "")
         if other:
             raise InputFileError(f"{path.name}: is a {other} file; give a {kind} file")
     return table
