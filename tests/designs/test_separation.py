@@ -25,7 +25,7 @@ def test_the_misfit_is_what_brute_force_leaves():
 
     found = minimize(cost, np.zeros(4), method="BFGS", options={"gtol": 1e-10})
     assert least_misfit(pair.known, pair.shown[:2]) == pytest.approx(found.fun, rel=1e-9)
-    assert pair.expected([]) == 0.0
+    assert pair.expected_chi_square([]) == 0.0
 
 
 def test_what_the_parameters_can_imitate_does_not_count():

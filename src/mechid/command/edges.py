@@ -121,7 +121,7 @@ def quantise_to_ticks(
 
     Examples
     --------
-    >>> on_ticks(np.array([0.33, 0.66, 0.69, 1.0]), np.array([1, 2, 3, 4]), 0.25, 1.0)
+    >>> quantise_to_ticks(np.array([0.33, 0.66, 0.69, 1.0]), np.array([1, 2, 3, 4]), 0.25, 1.0)
     (array([0.5 , 0.75, 1.  ]), array([1, 3, 4]))
     """
     # An edge that is due at a tick must not slip to the next one by rounding.

@@ -48,7 +48,7 @@ def test_effects_that_records_cannot_carry_are_told_apart_by_why():
     assert all(why.startswith(NOT_LOOKED_FOR) for why in whys.values())
     assert "fails" in whys["broken"]
     assert "5 parameters and the 3 free ones" in whys["wide"]
-    assert "8 independent samples" in whys["wide"]
+    assert "8 effective samples" in whys["wide"]
     assert whys["like what is free"] == whys["in no record"]
     assert set(landscape.scores()) == {"own", "like what is free", "in no record"}
 

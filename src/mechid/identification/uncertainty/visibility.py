@@ -110,9 +110,9 @@ def first_diverged_window(apart: BoolArray) -> int | None:
     Examples
     --------
     >>> met_again = np.arange(1000) == 400
-    >>> first_apart_for_good(met_again) is None
+    >>> first_diverged_window(met_again) is None
     True
-    >>> first_apart_for_good(np.arange(1000) >= 400)
+    >>> first_diverged_window(np.arange(1000) >= 400)
     400
     """
     found = np.flatnonzero(apart)
