@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mechid.arrays import FloatArray
-from mechid.emissions.requirement import Requirement
-from mechid.emissions.verdict import Judged, Verdict
 from mechid.shown import Shown
+from mechid.specification.requirement import Requirement
+from mechid.specification.verdict import Judged, Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
