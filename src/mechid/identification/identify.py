@@ -206,7 +206,8 @@ def _follow_plan(
     if campaign.options.mains and lines_of(state.problem):
         state = watch.note(state.with_problem(redetermine_hum(state.problem, state.q, campaign.options.mains)))
     before = state
-    state = fit_with_disturbances(watch, state, campaign, names)
+    # Before the comparison over whole records, which takes longer: a filter in place of delays takes seconds.
+    state = replace_imitations(watch, fit_with_disturbances(watch, state, campaign, names), campaign, names)
     # A bound explains a residual beyond noise: it is no sign of a missing effect.
     is_held = is_on_file_bound(state.problem, state.q)
     asks = (state.found and not before.found) or (needs_more_effects(watch, state) and not is_held)
@@ -218,13 +219,12 @@ def _follow_plan(
         if wider is not plain:
             more = tuple(dict.fromkeys((*names, *wider.problem.coordinates.names)))
             wider = joint_fit(watch, wider, "joint fit", more, tolerance=STAGES.rough_tolerance)
-            wider = fit_with_disturbances(watch, wider, campaign, more)
+            wider = replace_imitations(watch, fit_with_disturbances(watch, wider, campaign, more), campaign, more)
             # An effect that leaves more than white noise may be an imitation.
             if needs_more_effects(watch, wider):
                 watch.note(state)
             else:
                 state, names = wider, more
-    state = replace_imitations(watch, state, campaign, names)
     if growth.complete and near is None:
         state = confirm_optimum(watch, state, names, seed)
     return watch.note(_set_final_outcome(fit_past_cliffs(watch, state, names, seed)))
