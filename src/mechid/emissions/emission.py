@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from mechid.arrays import FloatArray
 from mechid.display import DisplayedResult
-from mechid.emissions.requirement import Requirement
-from mechid.emissions.verdict import Judged, Verdict
+from mechid.specification.requirement import Requirement
+from mechid.specification.verdict import Judged, Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
