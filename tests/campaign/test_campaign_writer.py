@@ -35,7 +35,7 @@ def test_a_campaign_in_memory_is_the_same_in_files(source, tmp_path):
 def test_a_campaign_is_written_once_and_only_where_it_is_in_no_file(tmp_path):
     made = mechid.make_campaign(mechid.catalogue_mechanism(), [mechid.make_record("a", command=COMMAND)])
     mechid.write_campaign(made, tmp_path)
-    with pytest.raises(mechid.UsageError, match=r"campaign.toml: is there already; give another folder"):
+    with pytest.raises(mechid.UsageError, match=r"campaign.toml: already exists; give another folder"):
         mechid.write_campaign(made, tmp_path)
     with pytest.raises(mechid.UsageError, match="in files already"):
         mechid.write_campaign(mechid.load_campaign(tmp_path, need_files=False), tmp_path / "other")
