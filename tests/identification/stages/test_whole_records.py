@@ -5,7 +5,7 @@ import pytest
 
 from mechid.campaign import catalogue_mechanism
 from mechid.identification.effects.campaign_disturbances import possible_disturbances
-from mechid.identification.effects.disturbance import Found
+from mechid.identification.effects.disturbance import FoundDisturbance
 from mechid.identification.effects.effect import add_terms
 from mechid.identification.identify import make_problem
 from mechid.identification.result.search_state import SearchState
@@ -31,7 +31,7 @@ def test_an_effect_that_imitates_another_is_taken_out_over_whole_records():
     wide = added.problem(plain, [supply])
     q = wide.coordinates.point({**TRUTH, "stepper.torque_harmonic.0.amplitude": 0.05})
     start = dict.fromkeys(wide.whole_windows(), (0, 500))
-    state = SearchState(wide, q, start, added=added, found=(Found(supply, 9.0, 1.0),))
+    state = SearchState(wide, q, start, added=added, found=(FoundDisturbance(supply, 9.0, 1.0),))
     bare = remove_effects(state, plain.space.mechanism)
     assert bare.added is None
     assert bare.found == ()
