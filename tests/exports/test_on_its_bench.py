@@ -47,7 +47,11 @@ def linear(handed, *, stand):
     return linear_of(handed, Options(rates=(), samples=2, stand=stand))
 
 
-@pytest.fixture(scope="module", params=CHAINS)
+ALONE = set(CHAINS) - {"gain", "whole chain"}
+"""Single stages, all of which the whole chain has."""
+
+
+@pytest.fixture(scope="module", params=[pytest.param(c, marks=pytest.mark.slow) if c in ALONE else c for c in CHAINS])
 def chain(request, paper):
     """Return a mechanism with a rigid housing and some stages behind it, and the stages' table."""
     return bench_of(paper, {"housing": None, **CHAINS[request.param]}), CHAINS[request.param]

@@ -44,7 +44,7 @@ def test_nothing_is_said_of_the_counts_that_made_the_records():
     assert declaration_warnings(three_records(paper_table())) == ()
 
 
-@pytest.mark.parametrize("poles", [50, 200])
+@pytest.mark.parametrize("poles", [50, pytest.param(200, marks=pytest.mark.slow)])
 def test_other_poles_are_named_with_the_value_that_fits(poles):
     """Truth: 100 poles; the detents' periods are those of the rotor."""
     (line,) = declaration_warnings(three_records(changed(paper_table(), {"stepper": {"poles": poles}})))
@@ -62,7 +62,7 @@ def test_poles_are_named_with_detents_that_were_declared_by_them():
     assert "stepper.detent.0.period_deg = 1.8 (3.6 in the file)" in line
 
 
-@pytest.mark.parametrize("ratio", [25.0, 48.0, 62.0])
+@pytest.mark.parametrize("ratio", [48.0, *(pytest.param(ratio, marks=pytest.mark.slow) for ratio in (25.0, 62.0))])
 def test_another_gear_ratio_is_named_with_the_value_that_fits(ratio):
     """Truth: a ratio of 50."""
     family = FAMILIES[1]
