@@ -95,5 +95,5 @@ def _ratio(fit: Fit, name: str, bound: float) -> float:
     At a stick/slip threshold the errors count the step that was refused, of which no bound knows: there without it.
     """
     found = fit.parameters[name]
-    error = found.std_error_white if fit.outcome.stopped_short else found.std_error
+    error = found.std_error_white if fit.outcome.has_stopped_short else found.std_error
     return error / bound if error else math.inf
