@@ -20,9 +20,9 @@ def budget(
 ) -> None:
     """Predict the line of sight's error against requirements."""
     from mechid.budgets.run import budget as budgeted
-    from mechid.cli.printed import print_result, say
-    from mechid.holding import hold_folder
+    from mechid.cli.output import print_result, say
     from mechid.ink.docx_file import refuse_without_docx
+    from mechid.locks import hold_folder
 
     if docx:
         refuse_without_docx()

@@ -21,11 +21,11 @@ def emission(
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 5 where a verdict is not a pass.")] = False,
 ) -> None:
     """Judge the emission at the interface against its specification, from records alone."""
-    from mechid.cli.printed import print_result
+    from mechid.cli.output import print_result
     from mechid.emissions.run import emission as judged
     from mechid.errors import FitError
-    from mechid.holding import hold_folder
     from mechid.ink.docx_file import refuse_without_docx
+    from mechid.locks import hold_folder
 
     if docx:
         refuse_without_docx()

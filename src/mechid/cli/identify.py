@@ -27,9 +27,9 @@ def identify(
     from mechid.campaign import load_campaign
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernels
-    from mechid.holding import hold_folder
     from mechid.identification.run import IdentifyRun
     from mechid.ink.docx_file import refuse_without_docx
+    from mechid.locks import hold_folder
 
     if docx:
         refuse_without_docx()

@@ -9,8 +9,8 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.campaign.declared_test import DeclaredTest
+from mechid.display import DisplayedResult
 from mechid.records import ChannelSpec
-from mechid.shown import Shown
 from mechid.specification.requirement import Requirement
 from mechid.specification.verdict import Judged, Verdict
 
@@ -97,7 +97,7 @@ class SourceFile:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Emission(Shown):
+class Emission(DisplayedResult):
     """Emission of a campaign against its requirements.
 
     Attributes

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from mechid.analysis import validate
 from mechid.campaign import Campaign
-from mechid.holding import hold_folder
 from mechid.identification.computation.progress import Listener
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.estimate_file import read_estimate, sign_provenance
@@ -19,6 +18,7 @@ from mechid.identification.run import IdentifyRun
 from mechid.identification.run import identify as identified
 from mechid.ink.docx_file import refuse_without_docx
 from mechid.ink.pens import Pens
+from mechid.locks import hold_folder
 from mechid.progress.listening import line_receiver, progress_listener
 from mechid.reports.files import write_report
 from mechid.reports.illustration import Illustration
@@ -124,7 +124,7 @@ def identify_into(
     FitError
         Nothing is free, or no record is to be estimated from.
     UsageError
-        The folder cannot be written to, another run holds it, the run to be resumed had other inputs, or python-docx
+        The folder cannot be written to, another run is using it, the run to be resumed had other inputs, or python-docx
         is not installed.
     WorkersError
         The executor's workers are lost, or cannot do the work.

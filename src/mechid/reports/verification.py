@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from mechid.analysis.against_noise import NoiseLevel
+from mechid.analysis.noise_floor_test import NoiseLevel
 from mechid.campaign import Campaign
 from mechid.ink.data import Data
 from mechid.ink.digits import plain
@@ -14,7 +14,7 @@ from mechid.ink.quantities import has_only_torque, quantity_words
 from mechid.ink.table import Table
 from mechid.ink.text_table import Column
 from mechid.parameter import Status
-from mechid.reports.noise import against_noise
+from mechid.reports.noise import compare_with_noise
 from mechid.reports.use import held_out, left_out
 from mechid.verification.declared import channel_table
 from mechid.verification.report import VerificationReport, Verified, evidence_words
@@ -106,7 +106,7 @@ def _verification_rows(contents: Data) -> Iterator[Verified]:
 
 def _residual_row(contents: Data, row: Data) -> Verified:
     """Return the row of a channel's residual against the noise of its record."""
-    residual, source = against_noise(contents, row), contents["provenance"].get("records", {}).get(row["name"], {})
+    residual, source = compare_with_noise(contents, row), contents["provenance"].get("records", {}).get(row["name"], {})
     channel = "" if row["quantity"] == "torque" else f", {quantity_words(row['quantity'])}"
     use = "predicted, held out of the fit," if row["use"] == "validate" else "explained"
     use = "left out of the fit, predicted" if row["left_out"] else use
