@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from mechid.budgets.budget_file import KEYS as BUDGET_KEYS
 from mechid.campaign.bench_entry import read_bench, with_data
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.campaign_builder import KEYS
@@ -86,7 +87,8 @@ def load_declared(path: Path, requirements: Path | None) -> Declared:
     else:
         at = Place(requirements.name)
         own = read_toml(requirements)
-        refuse_unknown_keys(own, (REQUIREMENT,), at)
+        # The file may be a budget's, which holds the whole specification.
+        refuse_unknown_keys(own, BUDGET_KEYS, at)
         wanted = read_requirements(own, at, requirements.parent)
     _refuse_unmeasured(wanted, records, mounting, at)
     return Declared(
