@@ -20,6 +20,7 @@ from mechid.emissions.figures import (
 from mechid.emissions.numbers import emission_numbers
 from mechid.emissions.predicted import BENCH
 from mechid.emissions.tables import csv_texts, write_emission_workbook
+from mechid.emissions.verification import emission_report
 from mechid.identification.result.estimate_file import json_text
 from mechid.ink.data import Data
 from mechid.ink.digits import plain
@@ -39,7 +40,8 @@ from mechid.ink.document import (
 )
 from mechid.ink.presenter import Presenter
 from mechid.ink.table import Table
-from mechid.ink.text_table import Column
+from mechid.ink.text_table import MARKDOWN, PAGE, Column
+from mechid.specification.numbers import VERDICT_MEANING
 from mechid.specification.requirement import AMPLITUDE, PSD
 from mechid.specification.verdict import RANK
 from mechid.specification.verdict import Verdict as EmissionVerdict
@@ -52,10 +54,6 @@ ON_BASE = "The torque on a held base in flight, without the test stand."
 PREDICTION = (
     "The bounds hold the errors of the fit's parameters and the torque that the model lacks, as the residuals of the "
     "records show it. Where the rotor may move in several ways at a rate, the worst one counts."
-)
-MEANING = (
-    "Pass: the upper bound of every value is below its limit. Fail: a lower bound is above it. Pass not shown: the "
-    "limit lies between the bounds. Not decidable: so it does, and the background itself is above the limit."
 )
 VERDICTS = (
     Column("requirement", "name", words=True),
@@ -116,7 +114,7 @@ def emission_document(data: Mapping[str, Any]) -> Document:
             _prediction(data),
             Section("", tuple(_direction(data, one) for one in data["directions"]), entry="directions"),
             Section("", tuple(_requirement(k, one) for k, one in enumerate(requirements)), entry="requirements"),
-            Section("Records", tuple(_records(data)), "records", "Records", where=IN_DOCUMENTS),
+            Section("Records", tuple(_records(data)), "records", "Records", where=(MARKDOWN, PAGE)),
         ),
     )
 
@@ -158,7 +156,7 @@ def _overview(data: Data) -> Iterator[Part]:
     columns = WITH_FIT if data["prediction"] else VERDICTS
     narrow = tuple(column for column in columns if column.key not in ("bounds", "unit", "direction"))
     yield Rows(Table(columns, data["requirements"], narrower=((narrow,),)))
-    yield Words(MEANING, "soft", where=IN_DOCUMENTS)
+    yield Words(VERDICT_MEANING, "soft", where=IN_DOCUMENTS)
     low, high = data["usable_band_Hz"]
     if low is not None and high is not None:
         yield Words(
@@ -262,4 +260,5 @@ PRESENTER = Presenter(
     texts=lambda _found, data: {JSON_NAME: json_text(data), **csv_texts(data)},
     files=_write_workbook,
     figures=emission_figures,
+    report=emission_report,
 )

@@ -16,6 +16,10 @@ VERDICT_WORDS: Mapping[str, str] = {
     "not_shown": "pass not shown",
     "not_decidable": "not decidable",
 }
+VERDICT_MEANING = (
+    "Pass: the upper bound of every value is below its limit. Fail: a lower bound is above it. Pass not shown: the "
+    "limit lies between the bounds. Not decidable: so it does, and the background itself is above the limit."
+)
 
 
 def requirement_numbers(requirement: Requirement) -> dict[str, Any]:
