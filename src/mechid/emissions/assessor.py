@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,14 +11,17 @@ from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.look import Drive
 from mechid.arrays import FloatArray
 from mechid.campaign.campaign import CampaignRecord
+from mechid.command.words import command_words
 from mechid.emissions.background import HOLDING, Background, choose_background
 from mechid.emissions.declared import Declared
-from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine, EmissionSpectrum, SourceFile
+from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionSpectrum, SourceFile
+from mechid.emissions.emission_line import EmissionLine
 from mechid.emissions.lines import find_lines, mains_of, orders_of
 from mechid.emissions.measured import Stretch, background_amplitude, measure
 from mechid.emissions.settings import EMISSION
 from mechid.emissions.spectra import Spectra, channel_spectra, usable_band, window_length
 from mechid.errors import RecordError
+from mechid.exports.handover import Trial
 from mechid.records import Record
 from mechid.signal.envelope import peak_groups
 from mechid.simulation.simulator import TimeBase
@@ -47,6 +51,7 @@ class Assessor:
         self._bands: list[tuple[float, float]] = []
         self._sources: list[SourceFile] = []
         self._mains: dict[str, set[float]] = {}
+        self.trials: list[Trial] = []
         self._chosen = {
             direction: choose_background(declared.backgrounds, direction)
             for direction in sorted({declared.own_direction(one) for one in declared.requirements})
@@ -67,13 +72,18 @@ class Assessor:
         for background in self._declared.backgrounds:
             background.refuse_other_clock(data)
         parts = list(_stretches(record, data))
+        if np.isfinite(parts[0][1]):
+            base = TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
+            self.trials.append(Trial(record.name, record.command, base))
         for channel in data.channels:
             direction = direction_of(channel.quantity, self._declared.mounting)
             if direction is not None:
                 y = channel.data[:]
                 for part, rate in parts:
                     self._judge(record.name, data, y[part], (direction, rate, len(parts)))
-        self._sources.append(_source(data, "run", tuple(rate for _, rate in parts)))
+        source = _source(data, "run", tuple(rate for _, rate in parts))
+        command = command_words(record.command)
+        self._sources.append(replace(source, command=command, channels=record.spec.channels))
 
     def _judge(self, name: str, data: Record, y: FloatArray, at: tuple[str, float, int]) -> None:
         direction, rate, parts = at
@@ -179,6 +189,8 @@ class Assessor:
             notes=tuple(self._notes(assessments, (low, high))),
             sources=(*self._sources, *backgrounds),
             synthetic=self._declared.synthetic,
+            test=self._declared.test,
+            inputs=self._declared.inputs,
         )
 
     def _notes(self, assessments: tuple[Assessment, ...], band: tuple[float, float]) -> Iterator[str]:
@@ -246,6 +258,7 @@ def _source(data: Record, state: str, rates: tuple[float, ...]) -> SourceFile:
         sample_rate_hz=data.sample_rate_hz,
         duration_s=data.duration_s,
         rates=rates,
+        started=data.start_time or "",
     )
 
 
@@ -263,4 +276,5 @@ def _group_bins(name: str, rate: float, direction: str, spectra: Spectra) -> Emi
         frequency_hz=middle * spectra.bin_hz,
         amplitude=np.sqrt(density * spectra.peak_scale),
         density=density,
+        rms=float(np.sqrt(spectra.density[spectra.usable_bins()].sum() * spectra.bin_hz)),
     )
