@@ -131,8 +131,9 @@ def multistart(
     workers: int,
     progress: Callable[[int, int], None] = lambda done, total: None,
     journal: Journal | None = None,
+    starts: int = SEARCH.starts,
 ) -> list[Candidate]:
-    """Return the best of all sampled points in order of robust cost, not yet refined."""
+    """Return the best `starts` of all sampled points in order of robust cost, not yet refined."""
     noted, own = journal or Journal(), identity(problem)
     mechanism_points = sample_box(problem.space, SEARCH.points, seed)
     tail = problem.coordinates.of_records(problem.start)
@@ -142,13 +143,13 @@ def multistart(
     cost = partial(_costs_run_up, problem, targets)
     for first in range(0, SEARCH.points, SEARCH.chunk):
         some = points[first : first + SEARCH.chunk]
-        # A point behind the best `SEARCH.starts` so far cannot be refined later, so its simulation may stop early.
-        cap = sorted(costs)[SEARCH.starts - 1] + SEARCH.negligible_fall if len(costs) >= SEARCH.starts else math.inf
+        # A point behind the best `starts` so far cannot be refined later, so its simulation may stop early.
+        cap = sorted(costs)[starts - 1] + SEARCH.negligible_fall if len(costs) >= starts else math.inf
         tasks = [(some[k : k + SETS], cap) for k in range(0, len(some), SETS)]
         costs += noted.step("starts", [own, seed, first, cap], partial(_map_costs, cost, tasks, workers))
         progress(first + len(some), SEARCH.points)
     drawn = [Candidate(*each) for each in zip(points, costs, strict=True)]
-    best = islice(_rank_candidates(drawn), SEARCH.starts)
+    best = islice(_rank_candidates(drawn), starts)
     return [replace(start, q=_prepare_start(problem, start.q)) for start in best]
 
 

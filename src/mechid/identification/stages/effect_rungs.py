@@ -25,6 +25,7 @@ from mechid.identification.stages.first_look import FirstLook, first_windows, fi
 from mechid.identification.stages.ladder import Climb, Rung, furthest_growth, growth_as_written
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.single_effects import look_at_periods, look_at_singles
+from mechid.identification.stages.start_growth import grow_starts, refine_more_starts
 from mechid.identification.stages.term_growth import GrownModel, free_family_at_stall, grow_model, unfinished_state
 from mechid.simulation.work import WorkSpentError
 
@@ -51,6 +52,17 @@ def _free_single_past_stall(climb: Climb) -> Climb:
             small = prune_look(families, look, tell, journal, windows)
             return climb.with_growth(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
     return climb
+
+
+def _grow_from_more_starts(climb: Climb) -> Climb:
+    """Grow the mechanism as written from the best start behind the usual ones, if it explains more than those."""
+    start = refine_more_starts(climb.watch, climb.state, climb.seed)
+    if start is None or start.cost >= climb.best.cost:
+        return climb
+    problem, before = climb.state.problem, growth_as_written(climb).growth
+    growth = grow_starts(climb.watch, climb.state, iter([start]), climb.seed, escapes=STAGES.first_escapes)
+    better = growth.followed_share(problem) > before.followed_share(problem)
+    return replace(climb, best=start, growth=growth) if better else climb
 
 
 def _free_second(climb: Climb) -> Climb:
@@ -285,6 +297,7 @@ NAMED_EFFECTS = (
     _rung("mains hum", _is_unexplained, _grow_with_hum),
     _rung("effects named by the first moments", lambda climb: climb.may_add and not climb.is_explained, _free_single),
     _rung("an effect named where the mechanism as written stalls", _is_unexplained, _free_single_past_stall),
+    _rung("more starts", _is_unexplained, _grow_from_more_starts),
     _rung("two effects named by the first moments", lambda c: _is_unexplained(c) and bool(c.looks), _free_second),
     _rung("effects of a kind named by the first moments", _is_unexplained, _free_families),
     _rung("those needed there, grown", lambda climb: bool(_growable(climb)), _grow_small),

@@ -20,6 +20,7 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.identification.search.multistart import Candidate, candidates, multistart
+from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.departure import departure
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.watch import Watch
@@ -46,6 +47,15 @@ def refine_starts(
             watch.note(state.at(candidate.q))
             watch.tell("multi-start", f"{len(starts)} starts to be refined", candidate.cost)
         yield candidate
+
+
+def refine_more_starts(watch: Watch, state: SearchState, seed: int) -> Candidate | None:
+    """Return the best refined start behind the usual ones; None if none can be simulated."""
+    problem = state.problem.rest_problem
+    ranked = multistart(problem, seed, problem.workers, journal=watch.journal, starts=SEARCH.more_starts)
+    watch.tell("multi-start", f"{len(ranked) - SEARCH.starts} more starts to be refined")
+    found = next(candidates(problem, ranked[SEARCH.starts :], problem.workers, watch.journal), None)
+    return found and replace(found, q=state.problem.point_from(problem, found.q))
 
 
 def grow_starts(
