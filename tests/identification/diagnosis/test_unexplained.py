@@ -68,7 +68,7 @@ def test_an_effect_with_which_the_simulation_fails_is_left_out_alone(fitted, mon
             None if "clock" in effects else derivatives(plain, q, windows, effects, widened)
         ),
     )
-    less = fitted.landscape()
+    less = fitted.landscape
     assert less.failed == ("clock",)
     assert set(less.scores()) == set(whole) - {"clock"}
     for name, score in less.scores().items():

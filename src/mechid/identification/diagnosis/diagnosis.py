@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 
 from scipy.special import chdtrc
 
@@ -18,7 +19,7 @@ from mechid.identification.diagnosis.pictures import Pictures, compute_pictures
 from mechid.identification.diagnosis.proposal import HeldOut, Proposal, build_proposal, confirmed_hum, predict_held_out
 from mechid.identification.diagnosis.search import Found, search_effects
 from mechid.identification.diagnosis.start import initial_models
-from mechid.identification.diagnosis.steps import Step
+from mechid.identification.diagnosis.steps import Step, hidden_law_layouts
 from mechid.identification.diagnosis.stretches import followed_share, search_by_growth
 from mechid.identification.diagnosis.unexplained import (
     NOT_LOOKED_FOR,
@@ -32,6 +33,7 @@ from mechid.identification.refit.rebuild import grade_lines, refuse_changed_file
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Cause, Grade
 from mechid.identification.result.missing import Missing
+from mechid.identification.stages.kernels_ahead import CompilationAhead
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import Shown
 
@@ -138,7 +140,11 @@ def diagnose(
         def say(words: str) -> None:
             listener(Progress(1, 1, "diagnosis", words, None, 0.0))
 
-        found = _find_effects(before, start, fit.grade, say)
+        with CompilationAhead() as ahead:
+            # The landscape of all effects comes first, and takes longer to compile than the laws.
+            if layouts := hidden_law_layouts(start):
+                ahead.start(partial(iter, layouts))
+            found = _find_effects(before, start, fit.grade, say)
         say("effects are drawn")
         concluded = _conclude(found, confirmed_hum(found.model, fit), _describe_partial(fit, found.model))
         predicted = predict_held_out(found.before, found.model, fit) if concluded.mechanism else ()

@@ -186,7 +186,7 @@ def _without_all(model: Model, names: Sequence[str]) -> Model:
 
 def _equivalent_effects(model: Model, less: Model, name: str) -> Iterator[str]:
     """Yield the effects that explain the records equally well in place of one, by the score test and then by a fit."""
-    landscape = less.landscape()
+    landscape = less.landscape
     if name not in landscape.effects:
         return
     for other in landscape.equivalent_effects(name):

@@ -26,6 +26,8 @@ from mechid.identification.effects.selection import (
 )
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.output_error.problem import transfer_values
+from mechid.identification.stages.kernels_ahead import Layout
+from mechid.kernel.compiled import is_compiled
 from mechid.plant.law import Law
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import extensions_at
@@ -165,6 +167,13 @@ def _drop_at_once(model: Model, say: Tell) -> tuple[Model, list[Step]]:
 
 
 WORSE = "leaves more than the effects without it"
+
+
+def hidden_law_layouts(model: Model) -> list[Layout]:
+    """Return the plants, with their numbers of derivatives, that `add_hidden_laws` needs first and has to compile."""
+    others = (model.use_law(law, law.mechanism).problem for law in model.other_laws if law.hides)
+    needed = ((other.space.mechanism.plant, other.coordinates.lanes) for other in others)
+    return [layout for layout in needed if not is_compiled(*layout)]
 
 
 def add_hidden_laws(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
