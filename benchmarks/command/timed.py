@@ -22,7 +22,6 @@ PARTS = {
     "search": ("mechid.identification.run", "search"),
     "multi-start": ("mechid.identification.stages.start_growth", "multistart"),
     "errors": ("mechid.identification.identify", "conclude"),
-    "suggestions": ("mechid.identification.run", "add_suggestions"),
     "validation": ("mechid.reports.into_folder", "validate"),
     "results": ("mechid.reports.into_folder", "write_results"),
     "curves": ("mechid.reports.illustration", "record_curves"),

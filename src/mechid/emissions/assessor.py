@@ -15,14 +15,14 @@ from mechid.emissions.declared import Declared
 from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine, EmissionSpectrum, SourceFile
 from mechid.emissions.lines import find_lines, mains_of, orders_of
 from mechid.emissions.measured import Stretch, background_amplitude, measure
-from mechid.emissions.requirement import AMPLITUDE, PSD, Requirement, direction_of, judged_parts, unit_of
 from mechid.emissions.settings import EMISSION
 from mechid.emissions.spectra import Spectra, channel_spectra, usable_band, window_length
-from mechid.emissions.verdict import combine, judge
 from mechid.errors import RecordError
 from mechid.records import Record
 from mechid.signal.envelope import peak_groups
 from mechid.simulation.simulator import TimeBase
+from mechid.specification.requirement import AMPLITUDE, PSD, Requirement, direction_of, judged_parts, unit_of
+from mechid.specification.verdict import combine, judge
 
 # `window_length` returns no window below 16 samples.
 LEAST_SAMPLES = 16 * EMISSION.least_windows

@@ -15,12 +15,12 @@ from mechid.campaign.channel_entry import read_channels, read_time
 from mechid.campaign.place import Place, one_of, positive_number, refuse_unknown_keys, required_entry, tables, text
 from mechid.campaign.record_entry import NAME
 from mechid.emissions.lines import Lines, find_lines, mains_of
-from mechid.emissions.requirement import direction_of
 from mechid.emissions.settings import EMISSION
 from mechid.emissions.spectra import Spectra, channel_spectra
 from mechid.errors import RecordError
 from mechid.records import Mounting, Record, RecordSpec, move_to_mounting_point, read_record
 from mechid.signal.settings import HUM
+from mechid.specification.requirement import direction_of
 
 KEY = "background"
 KEYS = ("name", "file", "state", "channels", "sample_rate_hz", "time")

@@ -8,18 +8,18 @@ from pathlib import Path
 
 from mechid.campaign.bench_entry import read_bench, with_data
 from mechid.campaign.campaign import CampaignRecord
+from mechid.campaign.campaign_builder import KEYS
 from mechid.campaign.campaign_file import find_campaign_file, is_synthetic
-from mechid.campaign.joined_campaign import KEYS
 from mechid.campaign.place import Place, refuse_unknown_keys
 from mechid.campaign.record_entry import read_records
 from mechid.campaign.record_tables import merge_tables
 from mechid.campaign.toml_file import read_toml
 from mechid.emissions.background import Background, read_backgrounds
-from mechid.emissions.requirement import QUANTITY_OF, Requirement, direction_of
-from mechid.emissions.requirement_entry import KEY as REQUIREMENT
-from mechid.emissions.requirement_entry import read_requirements
 from mechid.errors import InputFileError, did_you_mean
 from mechid.records import Mounting, prepare_to_read, read_record
+from mechid.specification.requirement import QUANTITY_OF, Requirement, direction_of
+from mechid.specification.requirement_entry import KEY as REQUIREMENT
+from mechid.specification.requirement_entry import read_requirements
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mechid.arrays import FloatArray
-from mechid.emissions.requirement import Requirement
-from mechid.emissions.verdict import Judged, Verdict
-from mechid.shown import Shown
+from mechid.display import DisplayedResult
+from mechid.specification.requirement import Requirement
+from mechid.specification.verdict import Judged, Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ class SourceFile:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Emission(Shown):
+class Emission(DisplayedResult):
     """Emission of a campaign against its requirements.
 
     Attributes

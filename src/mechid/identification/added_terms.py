@@ -18,14 +18,14 @@ from mechid.identification.grading import DIAGNOSE
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Cause, FitOutcome, Reason
-from mechid.identification.result.missing import AsWritten, Missing, OwnValue, missing_warning
+from mechid.identification.result.missing_effects import AsWritten, EffectValue, Missing, missing_warning
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import extension_named, superset_of, with_tables, words_of
+from mechid.plant.superset import extension_named, rivals_of, superset_of, with_tables, words_of
 
 
 def add_missing_entries(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
@@ -74,12 +74,13 @@ def missing_terms(fit: Fit, written: Mechanism, state: SearchState) -> tuple[Mis
     by_name = {name: added.parameters_of(name) for name in added.names}
     falls, total = _cost_falls(state, written, added)
     words = _words(written, added)
+    entry_names = {law.name: law.entry_name for law in rivals_of(written)}
     if not all(map(math.isfinite, falls.values())):
         # A point that cannot be simulated explains nothing.
         return ()
     return tuple(
         Missing(
-            name=name,
+            name=entry_names.get(name, name),
             words=words.get(name, name),
             parameters={p: _own_value(fit, p) for p in by_name[name] if p in fit.parameters},
             chi_square=fall,
@@ -104,9 +105,9 @@ def _words(written: Mechanism, added: AddedTerms) -> dict[str, str]:
     return words | {term.name: term.words for term in (superset.terms if superset else ())}
 
 
-def _own_value(fit: Fit, name: str) -> OwnValue:
+def _own_value(fit: Fit, name: str) -> EffectValue:
     p = fit.parameters[name]
-    return OwnValue(value=p.value, std_error=p.std_error, unit=p.unit)
+    return EffectValue(value=p.value, std_error=p.std_error, unit=p.unit)
 
 
 def _cost_falls(state: SearchState, written: Mechanism, added: AddedTerms) -> tuple[dict[str, float], float]:

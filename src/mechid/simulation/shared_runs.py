@@ -17,8 +17,8 @@ from mechid.arrays import FloatArray
 from mechid.command import Excitation, Timing
 from mechid.simulation.block import Block
 from mechid.simulation.interruption import check_interruption
-from mechid.simulation.noted import NO_JUMPS, Jumps
 from mechid.simulation.simulator import ON_TIME, PLAIN_BLOCK, Run, Simulator
+from mechid.simulation.switch_log import NO_JUMPS, Jumps
 from mechid.simulation.trajectory import SimulationOutcome
 from mechid.simulation.work import count_run
 
