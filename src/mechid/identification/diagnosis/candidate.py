@@ -175,15 +175,11 @@ class CandidateModel:
     @cached_property
     def problem(self) -> Problem:
         """The problem with the effects' parameters free."""
+        if self.terms:
+            return self._problem_of_terms(self.setting.problem, self.terms, self.disturbances)
+        # The mechanism's own plant takes a quarter of the time of one with places for all terms.
         some = self._of(self.disturbances)
-        # Without terms, the mechanism's own plant takes a quarter of the time of one with places for all terms.
-        small = None if self.terms else lay_out(AddedTerms(self.base), (), missing_tables(self.base, some))
-        return (small or self._with_terms(self.terms)).problem(self.setting.problem, some)
-
-    def _widen_problem(self, problem: Problem, effects: Collection[str]) -> Problem:
-        """Return a problem of other weights with the model's effects and some further ones free."""
-        others = [name for name in effects if name not in self.disturbances]
-        return self._with_terms((*self.terms, *effects)).problem(problem, self._of(others))
+        return lay_out(AddedTerms(self.base), (), missing_tables(self.base, some)).problem(self.setting.problem, some)
 
     @cached_property
     def landscape(self) -> Landscape:
@@ -191,7 +187,8 @@ class CandidateModel:
         looked_for = self.setting.considered - {*self.effects}
 
         def widen(plain: Problem, names: Sequence[str]) -> tuple[Problem, FloatArray]:
-            wide = self._widen_problem(plain, names)
+            others = [name for name in names if name not in self.disturbances]
+            wide = self._problem_of_terms(plain, (*self.terms, *names), others)
             return wide, transfer_values(self.problem, self.q, wide)
 
         effects = {name: own for name, own in self.parameters.items() if name in looked_for}
@@ -211,8 +208,11 @@ class CandidateModel:
         found = linearise(problem, self.q, self.setting.windows, named) if named else None
         return found.needed_effects if found else frozenset(named)
 
-    def _with_terms(self, terms: Collection[str]) -> AddedTerms:
-        return replace(add_terms(self.library, terms), widths={}) if self.library else AddedTerms(self.base)
+    def _problem_of_terms(self, problem: Problem, terms: Collection[str], disturbances: Collection[str]) -> Problem:
+        added = replace(add_terms(self.library, terms), widths={}) if self.library else AddedTerms(self.base)
+        # One kernel serves any choice of terms, because unused lanes take no time.
+        lanes = len(added.mechanism.plant.parameters) if self.library else 0
+        return replace(added.problem(problem, self._of(disturbances)), capacity=lanes)
 
     def _of(self, names: Collection[str]) -> list[Disturbance]:
         return [one for one in self.setting.disturbances if one.name in names]

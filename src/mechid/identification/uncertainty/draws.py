@@ -253,12 +253,12 @@ def grazing_switches(
         Switches at `q` of records that were simulated already; the others are simulated.
     """
     used = (t for t in problem.targets if t.name in windows)
-    logs = ((t, switching.get(t.name) or _switching(problem, t, q, windows[t.name][1])) for t in used)
+    logs = ((t, switching.get(t.name) or _log_switches(problem, t, q, windows[t.name][1])) for t in used)
     found = (_grazing_of_record(problem, t, q, log, covariance) for t, log in logs)
     return [g for g in found if g]
 
 
-def _switching(problem: Problem, target: Target, q: FloatArray, stop: int) -> Switching:
+def _log_switches(problem: Problem, target: Target, q: FloatArray, stop: int) -> Switching:
     run = problem.model.run(target, q, stop, jacobian=True, events=ERRORS.most_switches)
     for _ in run.blocks():
         pass
