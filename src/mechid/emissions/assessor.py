@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.look import Drive
 from mechid.arrays import FloatArray
 from mechid.campaign.campaign import CampaignRecord
+from mechid.command.words import command_words
 from mechid.emissions.background import HOLDING, Background, choose_background
 from mechid.emissions.declared import Declared
 from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine, EmissionSpectrum, SourceFile
@@ -73,7 +75,9 @@ class Assessor:
                 y = channel.data[:]
                 for part, rate in parts:
                     self._judge(record.name, data, y[part], (direction, rate, len(parts)))
-        self._sources.append(_source(data, "run", tuple(rate for _, rate in parts)))
+        source = _source(data, "run", tuple(rate for _, rate in parts))
+        command = command_words(record.command)
+        self._sources.append(replace(source, command=command, channels=record.spec.channels))
 
     def _judge(self, name: str, data: Record, y: FloatArray, at: tuple[str, float, int]) -> None:
         direction, rate, parts = at
@@ -179,6 +183,8 @@ class Assessor:
             notes=tuple(self._notes(assessments, (low, high))),
             sources=(*self._sources, *backgrounds),
             synthetic=self._declared.synthetic,
+            test=self._declared.test,
+            inputs=self._declared.inputs,
         )
 
     def _notes(self, assessments: tuple[Assessment, ...], band: tuple[float, float]) -> Iterator[str]:
@@ -246,6 +252,7 @@ def _source(data: Record, state: str, rates: tuple[float, ...]) -> SourceFile:
         sample_rate_hz=data.sample_rate_hz,
         duration_s=data.duration_s,
         rates=rates,
+        started=data.start_time or "",
     )
 
 
@@ -263,4 +270,5 @@ def _group_bins(name: str, rate: float, direction: str, spectra: Spectra) -> Emi
         frequency_hz=middle * spectra.bin_hz,
         amplitude=np.sqrt(density * spectra.peak_scale),
         density=density,
+        rms=float(np.sqrt(spectra.density[spectra.usable_bins()].sum() * spectra.bin_hz)),
     )

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.campaign.declared_test import DeclaredTest
 from mechid.display import DisplayedResult
+from mechid.records import ChannelSpec
 from mechid.specification.requirement import Requirement
 from mechid.specification.verdict import Judged, Verdict
 
@@ -32,7 +37,10 @@ class EmissionLine:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EmissionSpectrum:
-    """Largest amplitude and density of groups of bins of one direction at one rate, (G,) each; peak values and SI."""
+    """Largest amplitude and density of groups of bins of one direction at one rate, (G,) each; peak values and SI.
+
+    `rms` is the root mean square over all bins that can be judged.
+    """
 
     record: str
     rate: float
@@ -42,6 +50,7 @@ class EmissionSpectrum:
     frequency_hz: FloatArray
     amplitude: FloatArray
     density: FloatArray
+    rms: float = np.nan
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +79,10 @@ class Assessment:
 
 @dataclass(frozen=True, kw_only=True)
 class SourceFile:
-    """A record or a background that was judged: its file, digest, length and rates in full steps/s."""
+    """A record or a background that was judged: its file, digest, length and rates in full steps/s.
+
+    `command` is in words, `started` the date and time of its first sample (ISO 8601); empty where not known.
+    """
 
     name: str
     file: str
@@ -79,6 +91,9 @@ class SourceFile:
     sample_rate_hz: float
     duration_s: float
     rates: tuple[float, ...]
+    command: str = ""
+    started: str = ""
+    channels: tuple[ChannelSpec, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -99,6 +114,10 @@ class Emission(DisplayedResult):
     sources : tuple of SourceFile
     synthetic : bool
         Whether the records were simulated.
+    test : DeclaredTest
+        Statements of the campaign file on the test.
+    inputs : mapping of str to str
+        SHA-256 of the files of campaign, requirements and masks, by name.
     """
 
     assessments: tuple[Assessment, ...]
@@ -109,6 +128,8 @@ class Emission(DisplayedResult):
     notes: tuple[str, ...] = ()
     sources: tuple[SourceFile, ...] = ()
     synthetic: bool = False
+    test: DeclaredTest = field(default_factory=DeclaredTest)
+    inputs: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def passes(self) -> bool:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import platform
 from collections.abc import Mapping
+from importlib.metadata import version
 from typing import Any
 
 from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine
 from mechid.ink.digits import plain, with_sigma
+from mechid.records import ChannelSpec
 from mechid.specification.numbers import VERDICT_WORDS, finite, worst_numbers, worst_texts
 from mechid.specification.requirement import AMPLITUDE, BAND_PEAK, PSD, RMS, THIRD_OCTAVE, Requirement
 from mechid.specification.settings import SPECIFICATION
@@ -34,7 +37,17 @@ def emission_numbers(found: Emission) -> dict[str, Any]:
         "lines": [_line(one) for one in found.lines],
         "usable_band_Hz": [finite(value) for value in found.usable_hz],
         "directions": _directions(found),
+        "backgrounds": [
+            {"direction": one.direction, "record": one.record, "rms": one.rms, "unit": one.unit}
+            for one in found.backgrounds
+        ],
         "notes": list(found.notes),
+        "test": found.test.to_dict(),
+        "channels": _channels(found),
+        "provenance": {
+            "versions": {"mechid": version("mechid"), "python": platform.python_version()},
+            "inputs_sha256": dict(found.inputs),
+        },
         "sources": [
             {
                 "name": one.name,
@@ -44,6 +57,8 @@ def emission_numbers(found: Emission) -> dict[str, Any]:
                 "sample_rate_hz": one.sample_rate_hz,
                 "duration_s": one.duration_s,
                 "rates": [finite(rate) for rate in one.rates],
+                "command": one.command,
+                "started": one.started,
             }
             for one in found.sources
         ],
@@ -63,6 +78,15 @@ def _directions(found: Emission) -> list[dict[str, Any]]:
         for name, _ in named
     }
     return [{"name": name, "unit": unit, "rates": rates[name]} for name, unit in named]
+
+
+def _channels(found: Emission) -> list[dict[str, Any]]:
+    """Return the channels as declared, each once, with the records that have it."""
+    rows: dict[ChannelSpec, list[str]] = {}
+    for source in found.sources:
+        for channel in source.channels:
+            rows.setdefault(channel, []).append(source.name)
+    return [{**channel.to_dict(), "records": names} for channel, names in rows.items()]
 
 
 def _assessment(one: Assessment) -> dict[str, Any]:
