@@ -13,6 +13,9 @@ from mechid.records.table import Clock, Column, Table, column_label
 from mechid.units import si_unit, split_header, to_si_factor, unit_within
 
 
+VOLTAGE = "voltage"
+
+
 @dataclass(frozen=True, kw_only=True)
 class ChosenColumn:
     """Column to be read as a quantity, with the factor `scale` to SI units."""
@@ -22,6 +25,12 @@ class ChosenColumn:
     scale: float
     role: Role = Role.OUTPUT
     warning: str | None = None
+    in_volts: bool = False
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the samples."""
+        return si_unit(VOLTAGE if self.in_volts else self.quantity)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,13 +246,15 @@ def _describe_clock(column: Column) -> str:
 def _choose(table: Table, channel: ChannelSpec, index: int) -> ChosenColumn:
     _refuse_without_unit(table, channel, index)
     refuse_unapplied_scaling(table, channel, index)
-    factor, warning = _factor(table, channel, index)
+    # Voltages become loads by the bench's calibration; until then their units are those of voltages.
+    factor, warning = _factor(table, replace(channel, quantity=VOLTAGE) if channel.in_volts else channel, index)
     return ChosenColumn(
         index=index,
         quantity=channel.quantity,
         scale=factor * (1.0 if channel.gain is None else channel.gain),
         role=channel.role,
         warning=warning or raw_counts_warning(table, channel, index),
+        in_volts=channel.in_volts,
     )
 
 

@@ -33,7 +33,6 @@ from mechid.records.table import Table
 from mechid.records.tdms import open_tdms
 from mechid.records.uff import open_uff
 from mechid.signal.series import Series, no_samples
-from mechid.units import si_unit
 from mechid.writing import mark_as_read
 
 MIN_SAMPLES = 16
@@ -191,7 +190,7 @@ def _channel(table: Table, chosen: ChosenColumn, data: Series, bridged: IntArray
     column = table.columns[chosen.index]
     return Channel(
         quantity=chosen.quantity,
-        unit=si_unit(chosen.quantity),
+        unit=chosen.unit,
         data=data,
         role=chosen.role,
         column=column.key or str(chosen.index),

@@ -47,6 +47,8 @@ class ChannelSpec:
         Output by default.
     held : bool
         Whether an input is held constant between samples rather than interpolated linearly.
+    in_volts : bool
+        Whether the numbers are voltages that the calibration of ``[bench]`` makes loads of.
     """
 
     quantity: str
@@ -55,6 +57,7 @@ class ChannelSpec:
     gain: float | None = None
     role: Role = Role.OUTPUT
     held: bool = False
+    in_volts: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
