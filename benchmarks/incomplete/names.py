@@ -13,6 +13,7 @@ PLAIN = {
     "output_friction": "output_friction",
     "stribeck": "friction.stribeck",
     "load_dependent_friction": "friction.load_dependent",
+    "anti_alias": "anti_alias",
     "charge_amplifier": "charge_amplifier",
     "supply_apart": "record.voltage",
     "gain_apart": "record.gain",
@@ -29,10 +30,8 @@ EQUIVALENT = {
     "record.clock": ("clock",),
     "stepper.phase_offset": ("stepper.detent:7.2deg",),
     "stepper.detent:7.2deg": ("stepper.phase_offset",),
-    "anti_alias": ("anti_alias:2", "anti_alias:4"),
 }
-"""Further names of the same thing: one clock read record by record; a filter whose order a diagnosis has in its table
-and a fit in the name; an offset of the phases and the detent of one
+"""Further names of the same thing: one clock read record by record; an offset of the phases and the detent of one
 electrical period, which at the currents of one supply are one torque."""
 
 
@@ -48,8 +47,6 @@ def name_of(effect: str, size: Size) -> str:
         case "friction_over_angle":
             over = "friction.position" if size.get("angle_of_rotor") else "friction.position:output"
             return f"{over}:{2.0 * math.pi / size['angle_period']:.0f}"
-        case "anti_alias":
-            return f"anti_alias:{size['alias_order']:g}"
         case "mains_hum":
             return f"mains:{size['mains_hz']:g}Hz"
         case other:

@@ -8,8 +8,8 @@ from scipy.signal import periodogram, welch
 from mechid.emissions.band_peak import band_peaks
 from mechid.emissions.lines import find_lines
 from mechid.emissions.measured import Stretch, measure, sum_bins
-from mechid.emissions.requirement import Mask, Requirement
 from mechid.emissions.spectra import channel_spectra
+from mechid.specification.requirement import Mask, Requirement
 
 FS, N, LENGTH = 1000.0, 16000, 2000
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from mechid.emissions.emission import Assessment, AtRate, Emission
 from mechid.emissions.numbers import emission_numbers
-from mechid.emissions.requirement import Mask, Requirement
-from mechid.emissions.verdict import Judged, Verdict, Worst
+from mechid.specification.requirement import Mask, Requirement
+from mechid.specification.verdict import Judged, Verdict, Worst
 
 WORST = Worst(
     record="a",

@@ -74,8 +74,8 @@ class Bench:
         if declared := [key for key, value in zip(OF_EMISSION, values, strict=True) if value is not None]:
             yield (
                 f"{self.place}: {', '.join(declared)}: mechid emission alone applies "
-                f"{'it' if len(declared) == 1 else 'them'}; here moments are about mounting_point_m, and what the table "
-                "adds near its resonances is left in the records"
+                f"{'it' if len(declared) == 1 else 'them'}; here moments are about mounting_point_m, and what the "
+                "table adds near its resonances is left in the records"
             )
 
 
@@ -173,9 +173,9 @@ def _check(record: CampaignRecord, bench: Bench, place: Place) -> None:
         if bench.calibration.in_volts and not quantities:
             raise place.error('missing; the calibration of [bench] is of voltages, so name each column with unit = "V"')
         # Without channels a record is its torque.
-        if missing := bench.calibration.missing(quantities or (TORQUE,), mounting):
+        if lacking := bench.calibration.missing(quantities or (TORQUE,), mounting):
             raise place.error(
-                f"no {', '.join(missing)}, which the calibration of [bench] needs for the others; add the channel"
+                f"no {', '.join(lacking)}, which the calibration of [bench] needs for the others; add the channel"
             )
     side = _side_components(record)
     if not side:

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
-from mechid.campaign.campaign import INSTANTS, TIME_OFFSET, USES, CampaignRecord, record_parameter_name
 from mechid.campaign.calibration_entry import reads_volts
+from mechid.campaign.campaign import INSTANTS, TIME_OFFSET, USES, CampaignRecord, record_parameter_name
 from mechid.campaign.channel_entry import TORQUE, read_channels, read_matches, read_time
 from mechid.campaign.conditioning_entry import read_conditioning
 from mechid.campaign.parameter_entry import read_parameter

@@ -155,7 +155,7 @@ def _add_effect(diagnosis: Diagnosed, model: Model, effect: str) -> Model:
         return replace(model, disturbances=(*model.disturbances, effect))
     if beyond := extension_named(model.base, effect):
         return _add_effect(diagnosis, model.add_candidates([beyond]), effect)
-    law = next((law for law in rivals_of(model.base) if effect in (law.name, law.name.partition(":")[0])), None)
+    law = next((law for law in rivals_of(model.base) if effect in (law.name, law.entry_name)), None)
     if law is None:
         raise _mismatch_error(diagnosis, f'"{effect}" is no effect that its mechanism or its records may have')
     return replace(model, base=law.mechanism, laws=(*model.laws, law.name))

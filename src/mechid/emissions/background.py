@@ -17,12 +17,12 @@ from mechid.campaign.place import Place, one_of, positive_number, refuse_unknown
 from mechid.campaign.record_entry import NAME
 from mechid.emissions.interface import Interface
 from mechid.emissions.lines import Lines, find_lines, mains_of
-from mechid.emissions.requirement import direction_of
 from mechid.emissions.settings import EMISSION
 from mechid.emissions.spectra import Spectra, channel_spectra
 from mechid.errors import RecordError
 from mechid.records import Mounting, Record, RecordSpec, read_record
 from mechid.signal.settings import HUM
+from mechid.specification.requirement import direction_of
 
 KEY = "background"
 KEYS = ("name", "file", "state", "channels", "sample_rate_hz", "time")

@@ -12,14 +12,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.emissions.settings import EMISSION
+from mechid.specification.settings import SPECIFICATION
 
 
 def band_signal(y: FloatArray, sample_rate_hz: float, band_hz: tuple[float, float]) -> FloatArray:
     """Return the samples of a signal within a band, (N,)."""
     from scipy.signal import butter, sosfilt  # half a second to import, needed by this kind alone
 
-    sections = butter(EMISSION.filter_order, band_hz, "bandpass", fs=sample_rate_hz, output="sos")
+    sections = butter(SPECIFICATION.filter_order, band_hz, "bandpass", fs=sample_rate_hz, output="sos")
     return np.asarray(sosfilt(sections, y - y.mean()), dtype=np.float64)
 
 

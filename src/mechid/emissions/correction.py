@@ -71,8 +71,8 @@ class Correction:
     def errors(self) -> FloatArray:
         """Standard errors of each load for one of each load, G of the head, on the grid, (n, 6, 6)."""
         p = np.abs(self._inverse) ** 2
-        h = np.tile(np.eye(SIX), (self.grid_hz.size, 1, 1))
-        variance = np.zeros(h.shape)
+        h = np.tile(np.eye(SIX, dtype=np.complex128), (self.grid_hz.size, 1, 1))
+        variance = np.zeros(h.shape, dtype=np.float64)
         if self.response is not None:
             h = self.response.at(self.grid_hz)
             variance += self.response.sigma(self.grid_hz) ** 2
@@ -80,7 +80,7 @@ class Correction:
         beside = np.sum(np.abs(h) ** 2 / _SCALE[None, :, None] ** 2, axis=1)
         variance += self.calibration_error**2 * _SCALE[None, :, None] ** 2 * beside[:, None, :]
         bias = np.abs(self._inverse @ h - np.eye(SIX)) ** 2
-        return np.sqrt(p @ variance + bias)
+        return np.asarray(np.sqrt(p @ variance + bias), dtype=np.float64)
 
     def error_variance(self, frequency_hz: FloatArray, component: int) -> FloatArray:
         """Return the squared errors of a load for one of each load, (n, 6)."""
@@ -150,7 +150,7 @@ class Correction:
         if sample_rate_hz not in self._filters:
             least = sample_rate_hz / BENCH.resolution_hz
             taps = int(np.clip(2 ** int(np.ceil(np.log2(least))), LEAST_TAPS, MOST_TAPS))
-            frequency = np.arange(taps // 2 + 1) * (sample_rate_hz / taps)
+            frequency = np.asarray(np.arange(taps // 2 + 1) * (sample_rate_hz / taps), dtype=np.float64)
             inverse = self.inverse(frequency)
             weight = np.stack([_fade(frequency, high) for _, high in self.applied_hz], axis=1)
             # Beyond the usable band the loads are as measured: an inverse there would amplify what it does not know.

@@ -16,11 +16,11 @@ from mechid.campaign.record_tables import merge_tables
 from mechid.campaign.toml_file import read_toml
 from mechid.emissions.background import Background, read_backgrounds
 from mechid.emissions.interface import Interface
-from mechid.emissions.requirement import QUANTITY_OF, Requirement, direction_of
-from mechid.emissions.requirement_entry import KEY as REQUIREMENT
-from mechid.emissions.requirement_entry import read_requirements
 from mechid.errors import InputFileError, did_you_mean
 from mechid.records import Mounting, prepare_to_read, read_record
+from mechid.specification.requirement import QUANTITY_OF, Requirement, direction_of
+from mechid.specification.requirement_entry import KEY as REQUIREMENT
+from mechid.specification.requirement_entry import read_requirements
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

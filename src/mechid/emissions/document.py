@@ -9,7 +9,6 @@ from typing import Any
 from mechid.emissions.emission import Emission
 from mechid.emissions.figures import emission_figures, over_rate_name, rates_of, spectrum_name, waterfall_name
 from mechid.emissions.numbers import emission_numbers
-from mechid.emissions.requirement import AMPLITUDE, PSD
 from mechid.emissions.tables import csv_texts, write_emission_workbook
 from mechid.identification.result.estimate_file import json_text
 from mechid.ink.data import Data
@@ -31,6 +30,7 @@ from mechid.ink.document import (
 from mechid.ink.presenter import Presenter
 from mechid.ink.table import Table
 from mechid.ink.text_table import Column
+from mechid.specification.requirement import AMPLITUDE, PSD
 
 JSON_NAME = "emission.json"
 MOST_LINES = 12
@@ -106,8 +106,8 @@ def _overview(data: Data) -> Iterator[Part]:
     low, high = data["usable_band_Hz"]
     if low is not None and high is not None:
         yield Words(
-            f"Judged from {plain(low, 4)} to {plain(high, 4)} Hz: three bins of the windows, and the sample rate over "
-            "2.56. Resonances of the bench below that are not corrected.",
+            f"Judged from {plain(low, 4)} to {plain(high, 4)} Hz: from three bins of the windows to the sample rate "
+            "over 2.56, where the bench supports it.",
             "soft",
         )
     yield Lines(data["notes"], "note", "Notes", "yellow")

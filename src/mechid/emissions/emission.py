@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from mechid.arrays import FloatArray
-from mechid.emissions.requirement import Requirement
-from mechid.emissions.verdict import Judged, Verdict
+from mechid.emissions.trust import BenchUse
 from mechid.shown import Shown
+from mechid.specification.requirement import Requirement
+from mechid.specification.verdict import Judged, Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,6 +96,10 @@ class Emission(Shown):
         Of the records; of the backgrounds that were subtracted.
     usable_hz : (float, float)
         Frequencies in Hz that all records could be judged at.
+    bands_hz : mapping of str to (float, float)
+        Frequencies in Hz that each direction could be judged at in all records.
+    bench : BenchUse
+        What was made of the channels of the bench, and up to which frequency they can be trusted.
     notes : tuple of str
         What was left out, subtracted or assumed.
     sources : tuple of SourceFile
@@ -106,6 +112,8 @@ class Emission(Shown):
     spectra: tuple[EmissionSpectrum, ...]
     backgrounds: tuple[EmissionSpectrum, ...]
     usable_hz: tuple[float, float]
+    bands_hz: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    bench: BenchUse = field(default_factory=BenchUse)
     notes: tuple[str, ...] = ()
     sources: tuple[SourceFile, ...] = ()
     synthetic: bool = False

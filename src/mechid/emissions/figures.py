@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 
 from mechid.arrays import FloatArray
 from mechid.emissions.emission import Emission, EmissionSpectrum
-from mechid.emissions.requirement import AMPLITUDE, PSD
 from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, make_figure
 from mechid.ink.palette import LIMIT, MEASURED, NOISE, series
 from mechid.ink.quantities import FREQUENCY
+from mechid.specification.requirement import AMPLITUDE, PSD
 
 RATE = "step rate, full steps/s"
 SPECTRUM_IN, WATERFALL_IN, OVER_RATE_IN = 2.8, 3.2, 2.6
@@ -116,7 +116,7 @@ def _spectrum(
         else f"{own[0].direction}: density, {squared}/Hz"
     )
     axes.set(xlabel=FREQUENCY, ylabel=label, xscale="log", yscale="log")
-    axes.set_xlim(own[0].frequency_hz[1], found.usable_hz[1])
+    axes.set_xlim(own[0].frequency_hz[1], found.bands_hz.get(own[0].direction, found.usable_hz)[1])
     in_powers(axes.xaxis)
     in_powers(axes.yaxis)
     legend_above(figure, axes, 3)

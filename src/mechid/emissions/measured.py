@@ -10,38 +10,10 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.emissions.band_peak import band_peaks
 from mechid.emissions.bounds import difference_bounds, line_bounds, power_bounds
 from mechid.emissions.lines import Lines, mains_of, orders_of
-from mechid.emissions.requirement import AMPLITUDE, BAND_PEAK, PSD, Requirement, whole_bands
 from mechid.emissions.settings import EMISSION
 from mechid.emissions.spectra import BIN_CORRELATION, Spectra
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Measured:
-    """Values of one quantity over frequency with bounds, (n,) each, in the SI unit of the requirement.
-
-    Attributes
-    ----------
-    frequency_hz : ndarray
-        Of a line or a bin, or the centre of a band.
-    value : ndarray
-        Without background and Rice bias.
-    sigma : ndarray
-        Standard error.
-    lower, upper : ndarray
-        Bounds: the lower ones hold for all frequencies together, an upper one for its own.
-    background : ndarray
-        Part of the background, or the least that can be shown where there is none.
-    limit : ndarray
-        Of the mask, the margin subtracted.
-    """
-
-    frequency_hz: FloatArray
-    value: FloatArray
-    sigma: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    background: FloatArray
-    limit: FloatArray
+from mechid.specification.bounded_values import BoundedValues
+from mechid.specification.requirement import AMPLITUDE, BAND_PEAK, PSD, Requirement, whole_bands
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,7 +48,7 @@ class Stretch:
 
 def measure(
     stretch: Stretch, requirement: Requirement, records: int, fine: tuple[Spectra, Spectra | None] | None = None
-) -> Measured:
+) -> BoundedValues:
     """Return what a stretch measures of a requirement's quantity, over all frequencies of its mask.
 
     A pass needs every upper bound below the mask, so each is at its own confidence. A fail needs one lower bound above
@@ -104,8 +76,8 @@ def measure(
     return found if stretch.bench_error is None else _widen(found, stretch, requirement, alpha)
 
 
-def _widen(found: Measured, stretch: Stretch, requirement: Requirement, alpha: float) -> Measured:
-    """Return values with bounds that the error of the bench widens; it is the same at all rates, so none averages out."""
+def _widen(found: BoundedValues, stretch: Stretch, requirement: Requirement, alpha: float) -> BoundedValues:
+    """Return values with bounds that the error of the bench widens; at all rates it is the same."""
     from scipy.special import ndtri
 
     assert stretch.bench_error is not None
@@ -156,7 +128,7 @@ def excluded_lines(stretch: Stretch) -> BoolArray:
     return is_mains & np.isnan(orders_of(frequency, stretch.rate, stretch.spectra.bin_hz))
 
 
-def _amplitudes(stretch: Stretch, requirement: Requirement, alpha: float, records: int) -> Measured:
+def _amplitudes(stretch: Stretch, requirement: Requirement, alpha: float, records: int) -> BoundedValues:
     """Return the amplitudes of all lines, and for the bins beside them what a line there could have at most."""
     spectra, lines = stretch.spectra, stretch.lines
     judged = spectra.usable_bins()
@@ -180,7 +152,7 @@ def _amplitudes(stretch: Stretch, requirement: Requirement, alpha: float, record
     zero = np.zeros(bins_upper.size)
     frequency = np.concatenate([lines.frequency_hz[kept], spectra.frequency_hz[free]])
     return _sort_by_frequency(
-        Measured(
+        BoundedValues(
             frequency_hz=frequency,
             value=np.concatenate([np.sqrt(np.maximum(lines.amplitude**2 - beside**2, 0.0))[kept], zero]),
             sigma=np.concatenate([lines.sigma[kept], np.sqrt(0.5 * noise[free] / lines.windows)]),
@@ -192,10 +164,10 @@ def _amplitudes(stretch: Stretch, requirement: Requirement, alpha: float, record
     )
 
 
-def _sort_by_frequency(found: Measured) -> Measured:
+def _sort_by_frequency(found: BoundedValues) -> BoundedValues:
     order = np.argsort(found.frequency_hz, kind="stable")
     order = order[np.isfinite(found.limit[order])]
-    return Measured(**{name: values[order] for name, values in vars(found).items()})
+    return BoundedValues(**{name: values[order] for name, values in vars(found).items()})
 
 
 def _densities(
@@ -204,7 +176,7 @@ def _densities(
     spectra: tuple[Spectra, Spectra | None],
     alpha: float,
     records: int,
-) -> Measured:
+) -> BoundedValues:
     own, background = spectra
     limit = _in_mask(own.frequency_hz, requirement)
     kept = own.usable_bins() & np.isfinite(limit)
@@ -216,7 +188,7 @@ def _densities(
     looks = max(int(kept.sum()), 1) * records
     value, sigma, lower, upper = _subtract_background(powers, other, drift, (alpha / looks, alpha))
     zero = np.zeros(value.size)
-    return Measured(
+    return BoundedValues(
         frequency_hz=own.frequency_hz[kept],
         value=value,
         sigma=sigma,
@@ -273,7 +245,7 @@ def _mains_bins(stretch: Stretch, spectra: Spectra) -> BoolArray:
     return found
 
 
-def _bands(stretch: Stretch, requirement: Requirement, alpha: float, records: int) -> Measured:
+def _bands(stretch: Stretch, requirement: Requirement, alpha: float, records: int) -> BoundedValues:
     """Return RMS values of the mask's bands or of third octaves, from the sums of their bins."""
     spectra, background = stretch.spectra, stretch.background
     bands = whole_bands(requirement, spectra.usable_hz)
@@ -288,7 +260,7 @@ def _bands(stretch: Stretch, requirement: Requirement, alpha: float, records: in
     value, sigma, lower, upper = _subtract_background(own, other, drift, (alpha / looks, alpha))
     root = np.sqrt(value)
     tiny = np.finfo(np.float64).tiny
-    return Measured(
+    return BoundedValues(
         frequency_hz=np.sqrt(edges[:, 0] * edges[:, 1]),
         value=root,
         sigma=sigma / (2.0 * np.sqrt(np.maximum(np.maximum(value, sigma), tiny))),
@@ -318,7 +290,7 @@ def _band_power(spectra: Spectra, edges: FloatArray, weight: FloatArray, windows
     return power, variance
 
 
-def _peaks(stretch: Stretch, requirement: Requirement, alpha: float, records: int) -> Measured:
+def _peaks(stretch: Stretch, requirement: Requirement, alpha: float, records: int) -> BoundedValues:
     rate = stretch.spectra.sample_rate_hz
     bands = whole_bands(requirement, stretch.spectra.usable_hz)
     edges = [(low, high) for low, high, _ in bands]
@@ -339,7 +311,7 @@ def _peak_bounds(
     alpha: float,
     looks: int,
     limit: FloatArray,
-) -> Measured:
+) -> BoundedValues:
     """Return the peaks of bands with bounds; `noise` is the RMS of the background in each."""
     from scipy.special import ndtri
 
@@ -351,7 +323,7 @@ def _peak_bounds(
     count = np.maximum(2.0 * np.sqrt((low**2 + low * high + high**2) / 3.0) * stretch.y.size / rate, 1.0)
     largest = noise * np.sqrt(2.0 * np.log(count * looks / alpha))
     usual = noise * np.sqrt(2.0 * np.log(np.maximum(count, 2.0)))
-    return Measured(
+    return BoundedValues(
         frequency_hz=np.sqrt(low * high),
         value=peak,
         sigma=noise,

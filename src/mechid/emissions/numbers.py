@@ -7,18 +7,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine
-from mechid.emissions.requirement import AMPLITUDE, BAND_PEAK, PSD, RMS, THIRD_OCTAVE, Requirement
-from mechid.emissions.settings import EMISSION
-from mechid.emissions.verdict import Judged, Worst
-from mechid.ink.digits import digits, plain, with_sigma
+from mechid.emissions.trust import BenchUse
+from mechid.ink.digits import plain, with_sigma
+from mechid.specification.numbers import VERDICT_WORDS, finite, worst_numbers, worst_texts
+from mechid.specification.requirement import AMPLITUDE, BAND_PEAK, PSD, RMS, THIRD_OCTAVE, Requirement
+from mechid.specification.settings import SPECIFICATION
+from mechid.specification.verdict import Judged
 
 FORMAT = "mechid-emission/1"
-VERDICT_WORDS: Mapping[str, str] = {
-    "pass": "pass",
-    "fail": "fail",
-    "not_shown": "pass not shown",
-    "not_decidable": "not decidable",
-}
 DEFINITIONS: Mapping[str, str] = {
     AMPLITUDE: "peak value of a sine (not RMS), one-sided; root mean square over Hann windows without overlap; Rice "
     "bias removed",
@@ -26,7 +22,7 @@ DEFINITIONS: Mapping[str, str] = {
     PSD: "one-sided power density, Hann window, half overlap, bins of {resolution:g} Hz (noise bandwidth 1.5 bins)",
     THIRD_OCTAVE: "RMS in third octaves of base ten (IEC 61260-1), one-sided density under Hann windows, half overlap",
     BAND_PEAK: "largest instantaneous magnitude in each band of the mask (not RMS), Butterworth band-pass of order "
-    f"{EMISSION.filter_order}, forward",
+    f"{SPECIFICATION.filter_order}, forward",
 }
 
 
@@ -37,8 +33,9 @@ def emission_numbers(found: Emission) -> dict[str, Any]:
         "synthetic": found.synthetic,
         "requirements": [_assessment(one) for one in found.assessments],
         "lines": [_line(one) for one in found.lines],
-        "usable_band_Hz": [_number(value) for value in found.usable_hz],
+        "usable_band_Hz": [finite(value) for value in found.usable_hz],
         "directions": _directions(found),
+        "bench": _bench(found.bench),
         "notes": list(found.notes),
         "sources": [
             {
@@ -48,7 +45,7 @@ def emission_numbers(found: Emission) -> dict[str, Any]:
                 "state": one.state,
                 "sample_rate_hz": one.sample_rate_hz,
                 "duration_s": one.duration_s,
-                "rates": [_number(rate) for rate in one.rates],
+                "rates": [finite(rate) for rate in one.rates],
             }
             for one in found.sources
         ],
@@ -67,12 +64,28 @@ def _directions(found: Emission) -> list[dict[str, Any]]:
         name: sorted({abs(one.rate) for one in found.spectra if one.direction == name and math.isfinite(one.rate)})
         for name, _ in named
     }
-    return [{"name": name, "unit": unit, "rates": rates[name]} for name, unit in named]
+    bands = {name: found.bands_hz.get(name, found.usable_hz) for name, _ in named}
+    return [
+        {"name": name, "unit": unit, "rates": rates[name], "usable_band_Hz": [finite(f) for f in bands[name]]}
+        for name, unit in named
+    ]
+
+
+def _bench(use: BenchUse) -> dict[str, Any]:
+    return {
+        "calibration": use.calibration or None,
+        "calibration_uncertainty_percent": 100.0 * use.calibration_error if use.calibration else None,
+        "table_response": use.response or None,
+        "interface_point_m": list(use.point_m) if use.point_m else None,
+        "bands_Hz": {name: [finite(f) for f in band] for name, band in use.bands_hz.items()},
+        "trusted_Hz": finite(use.trusted_hz),
+        "reason": use.reason,
+    }
 
 
 def _assessment(one: Assessment) -> dict[str, Any]:
     requirement, worst = one.requirement, one.judged.worst
-    text = {"verdict": VERDICT_WORDS[one.verdict], **_worst_text(worst)}
+    text = {"verdict": VERDICT_WORDS[one.verdict], **worst_texts(worst)}
     return {
         "name": requirement.name,
         "direction": requirement.direction,
@@ -86,7 +99,7 @@ def _assessment(one: Assessment) -> dict[str, Any]:
         "mask": [list(point) for point in zip(*_mask(requirement), strict=True)],
         "interpolation": "step" if requirement.mask.is_stepwise else "log-log",
         "judged_Hz": list(one.judged_hz) if one.judged_hz else None,
-        "worst": _worst(worst),
+        "worst": worst_numbers(worst),
         "at_rates": [_at_rate(at) for at in one.at_rates],
         "text": text,
     }
@@ -100,45 +113,14 @@ def _at_rate(at: AtRate) -> dict[str, Any]:
     judged: Judged = at.judged
     return {
         "record": at.record,
-        "rate": _number(at.rate),
+        "rate": finite(at.rate),
         "verdict": judged.verdict.value,
-        "worst": _worst(judged.worst),
+        "worst": worst_numbers(judged.worst),
         "text": {
-            "rate": plain(_number(at.rate), 5),
+            "rate": plain(finite(at.rate), 5),
             "verdict": VERDICT_WORDS[judged.verdict],
-            **_worst_text(judged.worst),
+            **worst_texts(judged.worst),
         },
-    }
-
-
-def _worst(worst: Worst | None) -> dict[str, Any] | None:
-    if worst is None:
-        return None
-    return {
-        "record": worst.record,
-        "rate": _number(worst.rate),
-        "frequency_Hz": worst.frequency_hz,
-        "value": worst.value,
-        "sigma": worst.sigma,
-        "limit": worst.limit,
-        "lower": worst.lower,
-        "upper": worst.upper,
-        "background": worst.background,
-        "margin_dB": _number(worst.margin_db),
-    }
-
-
-def _worst_text(worst: Worst | None) -> dict[str, str]:
-    if worst is None:
-        return dict.fromkeys(("rate", "frequency", "value", "bounds", "limit", "margin", "background"), "")
-    return {
-        "rate": plain(_number(worst.rate), 5) if math.isfinite(worst.rate) else "",
-        "frequency": plain(worst.frequency_hz, 5),
-        "value": digits(worst.value, 3),
-        "bounds": f"{digits(worst.lower, 3)} to {digits(worst.upper, 3)}",
-        "limit": digits(worst.limit, 3),
-        "margin": f"{worst.margin_db:+.1f}" if math.isfinite(worst.margin_db) else "",
-        "background": digits(worst.background, 2),
     }
 
 
@@ -146,19 +128,14 @@ def _line(one: EmissionLine) -> dict[str, Any]:
     amplitude, sigma = with_sigma(one.amplitude, one.sigma)
     return {
         "record": one.record,
-        "rate": _number(one.rate),
+        "rate": finite(one.rate),
         "direction": one.direction,
         "frequency_Hz": one.frequency_hz,
-        "order": _number(one.order),
-        "mains_Hz": _number(one.mains_hz),
+        "order": finite(one.order),
+        "mains_Hz": finite(one.mains_hz),
         "amplitude": one.amplitude,
         "sigma": one.sigma,
         "background": one.background,
         "unit": one.unit,
         "text": {"frequency_Hz": plain(one.frequency_hz, 5), "amplitude": amplitude, "sigma": sigma},
     }
-
-
-def _number(value: float) -> float | None:
-    """Return a number as JSON can hold it."""
-    return float(value) if math.isfinite(value) else None

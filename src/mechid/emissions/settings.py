@@ -15,8 +15,6 @@ class EmissionSettings:
     """Longest window: 0.25 Hz a bin, so that orders of 2 steps/s stay apart, and a background of 4 s is long enough."""
     stretch_s: float = 2.0
     """Length of the stretches of a record whose rate varies; each is judged at its own mean rate."""
-    resolution_hz: float = 1.0
-    """Bin width of a power density where a requirement names none: the usual one of microvibration reports."""
     first_bin: int = 3
     """Lowest bin that is judged: below it Hann's window shows the mean and the drift."""
     guard: float = 2.56
@@ -43,8 +41,6 @@ class EmissionSettings:
     """Relative change of a background line from record to record that intervals allow for."""
     above_noise: float = 4.0
     """Power of a background bin over its noise level from which it holds a line."""
-    filter_order: int = 4
-    """Order of the Butterworth prototype of the band-pass of a band peak."""
     moving_orders: int = 6
     """Whole orders of a step rate at which lines of a background are looked for."""
     moving_least: int = 3

@@ -166,4 +166,5 @@ class MeasuredTable:
         width = min(BENCH.roughness_points, len(off))
         total = np.cumsum(np.concatenate([np.zeros((1, SIX, SIX)), off**2]), axis=0)
         first = np.clip(np.arange(len(off)) - width // 2, 0, len(off) - width)
-        return np.sqrt(np.maximum(total[first + width] - total[first], 0.0) / width)
+        power = np.maximum(total[first + width] - total[first], 0.0) / width
+        return np.asarray(np.sqrt(power), dtype=np.float64)

@@ -90,8 +90,8 @@ def _table(frequency: FloatArray, pairs: Pairs, declared: DeclaredResponse) -> M
         if row not in measured or column not in measured:
             lacking = DIRECTIONS[row if row not in measured else column]
             raise InputFileError(
-                f"{label}: has {DIRECTIONS[row]} per {DIRECTIONS[column]}, but not {lacking} per {lacking}; the response "
-                "of each component to itself is needed"
+                f"{label}: has {DIRECTIONS[row]} per {DIRECTIONS[column]}, but not {lacking} per {lacking}; the "
+                "response of each component to itself is needed"
             )
     values = np.tile(np.eye(SIX, dtype=np.complex128), (frequency.size, 1, 1))
     for (row, column), response in pairs.items():
@@ -170,11 +170,11 @@ def _mat(content: Mapping[str, Any], label: str, declared: DeclaredResponse) -> 
         at: list[tuple[int, int]] = [(k, k) for k in range(SIX)]
         values = np.stack([np.diag(row) for row in values])
     elif values.shape == (n, SIX, SIX):
-        at = list(np.ndindex(SIX, SIX))  # type: ignore[arg-type]
+        at = [(row, column) for row in range(SIX) for column in range(SIX)]
     else:
         raise InputFileError(
-            f"{label}: response is {'x'.join(map(str, values.shape))}; expected {n}x6x6 (all pairs) or {n}x6 (per axis), "
-            f"since frequency_hz has {n} values"
+            f"{label}: response is {'x'.join(map(str, values.shape))}; expected {n}x6x6 (all pairs) or {n}x6 "
+            f"(per axis), since frequency_hz has {n} values"
         )
     pairs = {
         (row, column): _factor(row, column, None, declared, f"{label}: response") * values[:, row, column]

@@ -25,7 +25,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.settings import STAGES
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import extension_named, superset_of, with_tables, words_of
+from mechid.plant.superset import extension_named, rivals_of, superset_of, with_tables, words_of
 
 
 def add_missing_entries(fit: Fit, campaign: Campaign, state: SearchState) -> Fit:
@@ -74,12 +74,13 @@ def missing_terms(fit: Fit, written: Mechanism, state: SearchState) -> tuple[Mis
     by_name = {name: added.parameters_of(name) for name in added.names}
     falls, total = _cost_falls(state, written, added)
     words = _words(written, added)
+    entry_names = {law.name: law.entry_name for law in rivals_of(written)}
     if not all(map(math.isfinite, falls.values())):
         # A point that cannot be simulated explains nothing.
         return ()
     return tuple(
         Missing(
-            name=name,
+            name=entry_names.get(name, name),
             words=words.get(name, name),
             parameters={p: _own_value(fit, p) for p in by_name[name] if p in fit.parameters},
             chi_square=fall,

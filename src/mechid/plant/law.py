@@ -40,6 +40,11 @@ class Law:
     tries: tuple[Mapping[str, float], ...] = ()
     hides: bool = False
 
+    @property
+    def entry_name(self) -> str:
+        """Name in the entries of ``missing``, without the order, which the entry's table holds."""
+        return self.name.partition(":")[0]
+
     def at_null(self, values: Mapping[str, float]) -> Mechanism:
         """Return the mechanism without the effect, its amplitude free and its other parameters held."""
         amplitude = self.mechanism.parameters[self.null]

@@ -76,10 +76,10 @@ def calibrate(record: Record, calibration: Calibration, mounting: Mounting) -> R
         "step": "calibrated",
         "text": f"{', '.join(one.quantity for one in channels.values())} calibrated by {calibration.source}",
     }
-    at = {channel.quantity: row for row, (channel, _) in held.items()}
+    rows = {channel.quantity: row for row, (channel, _) in held.items()}
     return replace(
         record,
-        channels=tuple(channels[at[one.quantity]] if one.quantity in at else one for one in record.channels),
+        channels=tuple(channels[rows[one.quantity]] if one.quantity in rows else one for one in record.channels),
         treatments=(*record.treatments, treatment),
     )
 

@@ -12,7 +12,6 @@ from mechid.records.spec import ChannelSpec, RecordSpec, Role
 from mechid.records.table import Clock, Column, Table, column_label
 from mechid.units import si_unit, split_header, to_si_factor, unit_within
 
-
 VOLTAGE = "voltage"
 
 

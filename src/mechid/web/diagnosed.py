@@ -183,7 +183,7 @@ def _of_records(effect: NamedEffect, disturbance: Disturbance | None) -> NamedEf
 
 def _nulls(one: Missing, base: Mechanism, mechanism: Mechanism) -> dict[str, float]:
     """Return the null values of an effect: the amplitude of a law, or all parameters of a term except phases."""
-    law = next((law for law in rivals_of(base) if law.name.partition(":")[0] == one.name), None)
+    law = next((law for law in rivals_of(base) if law.entry_name == one.name), None)
     if law is None:
         return nulls_of(mechanism, one.parameters)
     return {law.null: 0.0} if law.null else {}

@@ -24,6 +24,7 @@ from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.record_result import masks_of
 from mechid.identification.search.masks import apply_masks
+from mechid.plant.law import Law
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import extension_named, rivals_of, with_tables, words_of
 
@@ -79,15 +80,24 @@ def _add_effects_of_fit(plain: Model, fit: Fit) -> Model:
     model = replace(plain, disturbances=_disturbances(plain, fit))
     found = {one.name: one for one in fit.added_terms}
     own = {name: p.value for one in found.values() for name, p in one.parameters.items()}
-    law = next((law for law in rivals_of(plain.base) if law.name in found), None)
+    law = next((law for law in rivals_of(plain.base) if law.entry_name in found and _has_orders(fit, law)), None)
     if law is not None and law.name in plain.setting.considered:
         base = law.mechanism.with_values({n: v for n, v in own.items() if n in law.mechanism.parameters})
         model = replace(model, base=base, laws=(law.name,))
-    terms = {name: one for name, one in found.items() if law is None or name != law.name}
+    terms = {name: one for name, one in found.items() if law is None or name != law.entry_name}
     if terms:
         return _add_terms_of_fit(model, terms, fit.values).regrow()
     model = model.at(fit.values)
     return model.fit(model).regrow()
+
+
+def _has_orders(fit: Fit, law: Law) -> bool:
+    """Return whether a fit's mechanism has a law with the law's own orders, such as that of a low-pass."""
+    fitted, alternative = fit.mechanism.plant.layout, law.mechanism.plant.layout
+    if fitted is None or alternative is None:
+        return False
+    tables = {name.partition(".")[0] for name in law.own}
+    return all(fitted.orders.get(table) == alternative.orders.get(table) for table in tables)
 
 
 def _add_terms_of_fit(model: Model, found: Mapping[str, Missing], values: Mapping[str, float]) -> Model:

@@ -9,8 +9,8 @@ import xlsxwriter
 
 from emission_bench import requirement
 from mechid.campaign.place import Place
-from mechid.emissions.requirement_entry import read_requirements
 from mechid.errors import InputFileError
+from mechid.specification.requirement_entry import read_requirements
 
 
 def read(text, folder=Path()):

@@ -22,9 +22,9 @@ from mechid.campaign.place import (
     tables,
     text,
 )
-from mechid.emissions.mask_file import read_mask_file
-from mechid.emissions.requirement import BAND_PEAK, DIRECTIONS, IN_BANDS, KINDS, PSD, Mask, Requirement, unit_of
-from mechid.emissions.settings import EMISSION
+from mechid.specification.mask_file import read_mask_file
+from mechid.specification.requirement import BAND_PEAK, DIRECTIONS, IN_BANDS, KINDS, PSD, Mask, Requirement, unit_of
+from mechid.specification.settings import SPECIFICATION
 from mechid.units.conversion import conversion_factor
 
 KEY = "requirement"
@@ -114,7 +114,7 @@ def _resolution(entry: Mapping[str, Any], place: Place, kind: str) -> float:
         raise place.key("resolution_hz").error(
             f'it is the bin width of kind = "{PSD}", and this is "{kind}"; leave it out'
         )
-    return positive_number(entry.get("resolution_hz", EMISSION.resolution_hz), place.key("resolution_hz"), "Hz")
+    return positive_number(entry.get("resolution_hz", SPECIFICATION.resolution_hz), place.key("resolution_hz"), "Hz")
 
 
 def _mask(entry: Mapping[str, Any], place: Place, folder: Path, unit: str, kind: str) -> Mask:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mechid.emissions.requirement import Mask, direction_of, unit_of
 from mechid.records import Mounting
+from mechid.specification.requirement import Mask, direction_of, unit_of
 
 MASK = Mask(np.array([10.0, 100.0, 1000.0]), np.array([1.0, 10.0, 0.1]))
 

@@ -8,8 +8,8 @@ from enum import StrEnum
 import numpy as np
 
 from mechid.arrays import BoolArray
-from mechid.emissions.measured import Measured
-from mechid.emissions.requirement import Requirement
+from mechid.specification.bounded_values import BoundedValues
+from mechid.specification.requirement import Requirement
 
 
 class Verdict(StrEnum):
@@ -63,41 +63,41 @@ class Judged:
     worst: Worst | None = None
 
 
-def judge(measured: Measured, requirement: Requirement, record: str, rate: float) -> Judged:
+def judge(values: BoundedValues, requirement: Requirement, record: str, rate: float) -> Judged:
     """Return the verdict at one stretch and the frequency that decides it.
 
     A lower bound above the mask is a fail. An upper bound above it leaves the frequency open: not decidable where the
     background itself is above the mask, otherwise not shown.
     """
-    if not measured.value.size:
+    if not values.value.size:
         return Judged(verdict=Verdict.NOT_DECIDABLE)
-    fails = measured.lower > measured.limit
-    is_open = (measured.upper > measured.limit) & ~fails
-    hidden = is_open & (measured.background > measured.limit)
+    fails = values.lower > values.limit
+    is_open = (values.upper > values.limit) & ~fails
+    hidden = is_open & (values.background > values.limit)
     for verdict, which in ((Verdict.FAIL, fails), (Verdict.NOT_DECIDABLE, hidden), (Verdict.NOT_SHOWN, is_open)):
         if np.any(which):
-            return Judged(verdict=verdict, worst=_worst(measured, which, requirement, record, rate))
-    everything = np.ones(measured.value.size, dtype=np.bool_)
-    return Judged(verdict=Verdict.PASS, worst=_worst(measured, everything, requirement, record, rate))
+            return Judged(verdict=verdict, worst=_worst(values, which, requirement, record, rate))
+    everything = np.ones(values.value.size, dtype=np.bool_)
+    return Judged(verdict=Verdict.PASS, worst=_worst(values, everything, requirement, record, rate))
 
 
-def _worst(measured: Measured, which: BoolArray, requirement: Requirement, record: str, rate: float) -> Worst:
+def _worst(values: BoundedValues, which: BoolArray, requirement: Requirement, record: str, rate: float) -> Worst:
     numbers = np.flatnonzero(which)
-    by_value = measured.value[numbers] / measured.limit[numbers]
-    by_bound = measured.upper[numbers] / measured.limit[numbers]
+    by_value = values.value[numbers] / values.limit[numbers]
+    by_bound = values.upper[numbers] / values.limit[numbers]
     # Where all bounds are met, the largest value is of interest; otherwise the bound that is not met.
     k = int(numbers[np.argmax(by_value if np.any(by_value > 0.0) and not np.any(by_bound > 1.0) else by_bound)])
-    value, limit = float(measured.value[k]), float(measured.limit[k])
+    value, limit = float(values.value[k]), float(values.limit[k])
     return Worst(
         record=record,
         rate=rate,
-        frequency_hz=float(measured.frequency_hz[k]),
+        frequency_hz=float(values.frequency_hz[k]),
         value=value,
-        sigma=float(measured.sigma[k]),
+        sigma=float(values.sigma[k]),
         limit=limit,
-        lower=float(measured.lower[k]),
-        upper=float(measured.upper[k]),
-        background=float(measured.background[k]),
+        lower=float(values.lower[k]),
+        upper=float(values.upper[k]),
+        background=float(values.background[k]),
         margin_db=requirement.decibels * float(np.log10(limit / value)) if value > 0.0 else np.inf,
     )
 
@@ -117,5 +117,5 @@ def _order(one: Judged, verdict: Verdict) -> float:
         return np.inf
     if verdict is Verdict.PASS and np.isfinite(one.worst.margin_db):
         return one.worst.margin_db
-    # Without a measured value the margin is infinite; 1000 dB sorts these behind all finite margins.
+    # Without a value the margin is infinite; 1000 dB sorts these behind all finite margins.
     return 1e3 - one.worst.upper / one.worst.limit if verdict is Verdict.PASS else -one.worst.upper / one.worst.limit

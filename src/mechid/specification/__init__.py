@@ -1,0 +1,1 @@
+"""Emission specification: requirements with their masks, and verdicts on values with bounds."""
