@@ -76,9 +76,10 @@ def _load(rng, rate, how, samples, sample_rate_hz, table):
     phase = rng.uniform(0.0, 2.0 * np.pi, amplitude.shape)
     load, passed = np.zeros((6, samples)), np.zeros((6, samples))
     for k, each in enumerate(f):
-        turning = amplitude[:, k : k + 1] * np.exp(1j * (2.0 * np.pi * each * time + phase[:, k : k + 1]))
-        load += turning.real
-        passed += (turning * table.response(np.array([each])) if table else turning).real
+        cosine, sine = np.cos(2.0 * np.pi * each * time), np.sin(2.0 * np.pi * each * time)
+        turned = amplitude[:, k : k + 1] * np.exp(1j * phase[:, k : k + 1])
+        for room, each_of in ((load, turned), (passed, turned * table.response(np.array([each])) if table else turned)):
+            room += each_of.real * cosine - each_of.imag * sine
     return load, [(f, row) for row in amplitude], passed
 
 

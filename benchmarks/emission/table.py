@@ -57,7 +57,9 @@ def know_table(table, rng, way, folder, exact=False):
             f"damping = {float(z * np.exp(size * DAMPING * rng.normal()))} }}"
             for d, f, z in zip(DIRECTIONS, table.frequency_hz.tolist(), table.damping.tolist(), strict=True)
         )
-        declared = f"calibration = {{ {_matrix(matrix * newtons)}, input_unit = \"V\", output_unit = {PAIR}, {percent} }}\n"
+        declared = (
+            f'calibration = {{ {_matrix(matrix * newtons)}, input_unit = "V", output_unit = {PAIR}, {percent} }}\n'
+        )
         declared += f"table_response = {{ modes = [{modes}], uncertainty_percent = {100.0 * FREQUENCY} }}\n"
         return {"declared": declared, "unit": "V", "to_channels": np.diag(1.0 / newtons)}
     frequency = np.arange(4.0, 1500.0, 2.0)
@@ -71,7 +73,9 @@ def know_table(table, rng, way, folder, exact=False):
         columns = [frequency, *(part for row in seen for part in (row.real, row.imag))]
         np.savetxt(folder / "table.csv", np.column_stack(columns), delimiter=",", header=header, comments="")
         declared = f"calibration = {{ {_matrix(matrix)}, input_unit = {PAIR}, output_unit = {PAIR}, {percent} }}\n"
-        return {"declared": declared + f'table_response = {{ file = "table.csv", uncertainty_percent = {100 * HAMMER} }}\n'}
+        return {
+            "declared": declared + f'table_response = {{ file = "table.csv", uncertainty_percent = {100 * HAMMER} }}\n'
+        }
     whole = table.cross_talk[:, :, None] * response[None, :, :] * (1.0 + noise)
     savemat(folder / "table.mat", {"frequency_hz": frequency, "response": np.moveaxis(whole, -1, 0)})
     return {

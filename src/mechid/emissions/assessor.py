@@ -132,11 +132,14 @@ class Assessor:
         unit = unit_of(direction, AMPLITUDE)
         mains = mains_of(lines.frequency_hz, spectra)
         self._mains.setdefault(direction, set()).update(mains[~np.isnan(mains)].tolist())
+        sigma = lines.sigma
+        if stretch.bench_error is not None:
+            sigma = np.hypot(sigma, np.sqrt(stretch.bench_error[lines.bins] * spectra.peak_scale))
         columns = (
             lines.frequency_hz,
             orders_of(lines.frequency_hz, stretch.rate, spectra.bin_hz),
             lines.amplitude,
-            lines.sigma,
+            sigma,
             background_amplitude(stretch, LINE_ALPHA),
             mains,
         )

@@ -19,6 +19,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from mechid.arrays import BoolArray, ComplexArray, FloatArray
 from mechid.emissions.settings import BENCH
 from mechid.emissions.table_response import SIX, TableResponse
+from mechid.signal.continuation import TRAINED, continue_series
 from mechid.signal.series import Series, blocks
 from mechid.signal.stored import WritableSeries, allocate_series
 
@@ -152,8 +153,10 @@ class Correction:
             taps = int(np.clip(2 ** int(np.ceil(np.log2(least))), LEAST_TAPS, MOST_TAPS))
             frequency = np.asarray(np.arange(taps // 2 + 1) * (sample_rate_hz / taps), dtype=np.float64)
             inverse = self.inverse(frequency)
-            weight = np.stack([_fade(frequency, high) for _, high in self.applied_hz], axis=1)
-            # Beyond the usable band the loads are as measured: an inverse there would amplify what it does not know.
+            # Up to the end of the response, not of the usable band: a resonance that were left in the record would pass
+            # the skirts of band-pass filters below it. Beyond, the loads are as measured.
+            ends = [np.inf] * SIX if self.response is None else self.response.coverage_hz[:, 1]
+            weight = np.stack([_fade(frequency, high) for high in ends], axis=1)
             wanted = weight[:, :, None] * inverse + (1.0 - weight)[:, :, None] * np.eye(SIX)
             own = {
                 (row, k): np.roll(irfft(wanted[:, row, k], taps), taps // 2)
@@ -164,13 +167,13 @@ class Correction:
 
     @cached_property
     def applied_hz(self) -> FloatArray:
-        """Band of each component in which it is corrected, (6, 2): the supported one within that declared."""
+        """Band of each component that may be judged, (6, 2): the supported one within that declared."""
         low, high = self.band_hz
         return np.stack([np.maximum(self.supported_hz[:, 0], low), np.minimum(self.supported_hz[:, 1], high)], axis=1)
 
 
 def _fade(frequency_hz: FloatArray, high_hz: float) -> FloatArray:
-    """Return the weight of the inverse: 1 within the band, 0 beyond `BENCH.taper` times its end."""
+    """Return the weight of the inverse: 1 up to the end of a response, 0 beyond `BENCH.taper` times that."""
     if not np.isfinite(high_hz):
         return np.ones(frequency_hz.size)
     beyond = (frequency_hz - high_hz) / max((BENCH.taper - 1.0) * high_hz, np.finfo(np.float64).tiny)
@@ -178,16 +181,14 @@ def _fade(frequency_hz: FloatArray, high_hz: float) -> FloatArray:
 
 
 def _extended(series: Series, part: slice) -> FloatArray:
-    """Return the samples of a slice that may reach beyond both ends, where the series is continued as its odd image."""
+    """Return the samples of a slice that may reach beyond both ends, where the series is continued by prediction.
+
+    An image of the samples would bend at the ends, and an inverse that grows with the frequency squared shows a bend as
+    an impulse, which a band's largest value is made of.
+    """
     size = series.size
     inner = series[slice(max(part.start, 0), min(part.stop, size))]
     before, after = max(-part.start, 0), max(part.stop - size, 0)
-    head = _image(series[slice(0, min(before, size - 1) + 1)], before)[::-1]
-    tail = _image(series[slice(size - min(after, size - 1) - 1, size)][::-1], after)
+    head = continue_series(series[:TRAINED][::-1], before)[::-1] if before else inner[:0]
+    tail = continue_series(series[max(size - TRAINED, 0) : size], after) if after else inner[:0]
     return np.concatenate([head, inner, tail])
-
-
-def _image(samples: FloatArray, count: int) -> FloatArray:
-    """Return `count` samples that continue others, given from the end outwards, as their odd image; then constant."""
-    image = 2.0 * samples[0] - samples[1 : count + 1]
-    return np.pad(image, (0, count - image.size), mode="edge" if image.size else "constant")

@@ -71,7 +71,7 @@ class BenchSettings:
     arm_m: float = 0.1
     """Length that makes forces of moments, to compare the two: of the size of a table."""
     taper: float = 1.3
-    """Frequency over that of the usable band at which the correction has faded out."""
+    """Frequency over that of the end of a response at which the correction has faded out."""
     resolution_hz: float = 1.0
     """Of the correcting filter, from which its length follows."""
 

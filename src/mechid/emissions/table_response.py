@@ -83,16 +83,18 @@ class ModalTable:
 
     def sigma(self, frequency_hz: FloatArray) -> FloatArray:
         """Return the standard errors that those of frequencies and dampings make, (n, 6, 6)."""
-        variance = np.zeros((frequency_hz.size, SIX, SIX))
+        values = self.at(frequency_hz)
+        variance = np.zeros(values.shape)
         for mode in self.modes:
-            r = frequency_hz / mode.frequency_hz
-            # derivatives of p / D by the logarithms of frequency and damping
-            by_frequency = mode.share * (2.0 * r**2 - 2j * mode.damping * r) / _denominator(mode, frequency_hz) ** 2
-            by_damping = mode.share * 2j * mode.damping * r / _denominator(mode, frequency_hz) ** 2
-            variance[:, mode.component, mode.component] += (
-                np.abs(self.uncertainty * by_frequency) ** 2 + np.abs(self.damping_uncertainty * by_damping) ** 2
-            )
-        return np.sqrt(variance)
+            own = (slice(None), mode.component, mode.component)
+            r, size = frequency_hz / mode.frequency_hz, np.abs(values[own])
+            # Derivatives of p / D by the logarithms of frequency and damping; what turns the phase alone changes no
+            # amplitude, so the parts in phase with the response count.
+            each = mode.share / _denominator(mode, frequency_hz) ** 2 * np.conj(values[own]) / np.maximum(size, 1e-300)
+            by_frequency = np.real((2.0 * r**2 - 2j * mode.damping * r) * each)
+            by_damping = np.real(2j * mode.damping * r * each)
+            variance[own] += (self.uncertainty * by_frequency) ** 2 + (self.damping_uncertainty * by_damping) ** 2
+        return np.asarray(np.sqrt(variance), dtype=np.float64)
 
 
 def _denominator(mode: TableMode, frequency_hz: FloatArray) -> ComplexArray:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mechid.analysis.measured_resonances import measured_resonances
-from mechid.campaign.table_response_entry import DIRECTIONS
+from mechid.campaign.table_response_entry import DIRECTIONS, DeclaredResponse
 from mechid.emissions.background import Background
 from mechid.emissions.interface import Interface
 from mechid.emissions.settings import BENCH
@@ -90,13 +90,18 @@ def bench_use(interface: Interface, backgrounds: Mapping[str, Background | None]
     response = bench.response
     return BenchUse(
         calibration=bench.calibration.source if bench.calibration else "",
-        response="" if response is None else response.file.name if response.file else f"{len(response.modes)} modes",
+        response="" if response is None else _name(response),
         calibration_error=bench.calibration.uncertainty if bench.calibration else 0.0,
         point_m=interface.mounting.point_m if interface.mounting else None,
         bands_hz=bands,
         trusted_hz=trusted,
         reason=reason,
     )
+
+
+def _name(response: DeclaredResponse) -> str:
+    count = len(response.modes)
+    return response.file.name if response.file else f"{count} mode{'s' * (count > 1)}"
 
 
 def _reason_of_correction(interface: Interface, bands: Mapping[str, tuple[float, float]]) -> str:
