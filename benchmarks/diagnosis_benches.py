@@ -34,7 +34,7 @@ from mechid.identification.result.estimate_file import write_estimate
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.grade import Grade
-from mechid.identification.result.missing import Missing
+from mechid.identification.result.missing_effects import Missing
 from mechid.identification.run import Companion, IdentifyRun, fit_completed_mechanism, search_and_diagnose
 from recovery.mechanisms import FAMILIES
 

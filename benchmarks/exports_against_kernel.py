@@ -20,8 +20,8 @@ from mechid.exports.c.source import Source
 from mechid.exports.fmu.importer import Importer
 from mechid.exports.fmu.unit import VERSIONS, Unit, with_ports, without_ports
 from mechid.exports.handover import Trial, handover
+from mechid.exports.reference_outputs import sample_rate_hz, substeps
 from mechid.exports.run import read_with_campaign
-from mechid.exports.trials import sample_rate_hz, substeps
 from mechid.simulation.simulator import Simulator, TimeBase
 
 SECONDS = 60.0

@@ -32,7 +32,7 @@ def _new() -> tuple[str, ...]:
 def watch_the_process_that_reads() -> None:
     """Have readers of libraries' formats called so."""
     from mechid.reading import process
-    from mechid.records import guarded
+    from mechid.records import isolated_table
     from mechid.structure import formats
 
     def call(function, *arguments, size=0, libraries=()):
@@ -46,4 +46,4 @@ def watch_the_process_that_reads() -> None:
             raise value
         return value
 
-    guarded.call = formats.call = call
+    isolated_table.call = formats.call = call

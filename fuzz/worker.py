@@ -21,7 +21,7 @@ GRACE_S = 900.0
 
 IMPORTED = (
     "mechid.campaign",
-    "mechid.records.bare",
+    "mechid.records.undeclared",
     "mechid.checks.data_file",
     "mechid.budgets.budget_file",
     "mechid.structure",

@@ -6,14 +6,14 @@ import tomllib
 from layouts import mechanism_of
 from mechid.campaign import mechanism_text
 from mechid.identification.result.diagnosis_file import FILE_NAME, FORMAT, PROPOSED_NAME
-from mechid.identification.result.missing import Missing, OwnValue
+from mechid.identification.result.missing_effects import EffectValue, Missing
 
 DETENT = ("stepper.detent.1.amplitude", "stepper.detent.1.phase_deg")
 TRIED = ({"name": "gear.backlash", "words": "backlash of the gear", "why": "explains 2 % of the misfit in a fit"},)
 
 
 def missing(name, values, block, aliases=()):
-    own = {n: OwnValue(value=v, std_error=1e-3, unit="1") for n, v in values.items()}
+    own = {n: EffectValue(value=v, std_error=1e-3, unit="1") for n, v in values.items()}
     return Missing(
         name=name,
         words=f"what {name} is",

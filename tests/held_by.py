@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from filelock import FileLock
 
-from mechid.holding import LOCK_NAME
-from mechid.holding.folder import GUARD_NAME
-from mechid.holding.holder import this_process
+from mechid.locks import LOCK_NAME
+from mechid.locks.folder import GUARD_NAME
+from mechid.locks.holder import this_process
 
 _LOCKED = []
 """Locks of the folders: this process has them as long as it runs."""

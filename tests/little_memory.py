@@ -3,7 +3,7 @@
 import pytest
 
 from mechid.records import arrays, csv, formats, parquet
-from mechid.signal import stored
+from mechid.signal import stored_series
 
 IN_MEMORY, AT_ONCE = 700, 333
 
@@ -16,8 +16,8 @@ def little_memory(monkeypatch, tmp_path):
     """
     monkeypatch.setattr(formats, "GUARDED", {})
     monkeypatch.setenv("MECHID_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(stored, "MAX_IN_MEMORY", IN_MEMORY)
-    for module in (stored, arrays, csv):
+    monkeypatch.setattr(stored_series, "MAX_IN_MEMORY", IN_MEMORY)
+    for module in (stored_series, arrays, csv):
         monkeypatch.setattr(module, "AT_ONCE", AT_ONCE)
     monkeypatch.setattr(csv, "WHOLE_BYTES", 1000)
     monkeypatch.setattr(parquet, "BATCH", 100)

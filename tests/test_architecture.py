@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import mechid
-from mechid.shown import DOCUMENTS
+from mechid.display import DOCUMENTS
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = Path(mechid.__file__).parent

@@ -24,7 +24,7 @@ def _folder(reference, verb, processes):
     ended = _at_once([reference.command(verb, out) for _ in range(processes)])
     faults = [fault for _, said in ended for fault in unexpected(said)]
     worked = [code for code, _ in ended if code in (0, 5)]
-    refused = [said for code, said in ended if code == 2 and "another run holds it" in last(said)]
+    refused = [said for code, said in ended if code == 2 and "another run is using it" in last(said)]
     if len(worked) + len(refused) != processes or not worked:
         faults.append(f"exit codes {[code for code, _ in ended]}")
     return {"faults": faults + afterwards(reference, verb, out), "refused": len(refused)}

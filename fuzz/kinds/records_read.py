@@ -154,7 +154,7 @@ def _torque(record: Any, written: dict[str, Any], channels: tuple[Any, ...]) -> 
 
 
 def _bare(path: Path, written: dict[str, Any]) -> None:
-    from mechid.records.bare import Hints, read_bare
+    from mechid.records.undeclared import Hints, read_bare
 
     rate = written["spec"]["sample_rate_hz"]
     for record in read_bare(path, Hints(sample_rate_hz=rate)):

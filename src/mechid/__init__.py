@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from mechid.budgets.run import budget
     from mechid.campaign.campaign import Campaign, CampaignRecord, Stage
     from mechid.campaign.campaign_file import load_campaign
+    from mechid.campaign.campaign_in_code import RecordEntry, make_campaign, make_command, make_mechanism, make_record
+    from mechid.campaign.campaign_writer import write_campaign
     from mechid.campaign.catalogue import catalogue_mechanism
     from mechid.campaign.identify_options import IdentifyOptions
-    from mechid.campaign.in_code import RecordEntry, make_campaign, make_command, make_mechanism, make_record
-    from mechid.campaign.in_files import write_campaign
     from mechid.campaign.mechanism_file import load_mechanism
     from mechid.campaign.mechanism_text import write_mechanism
     from mechid.campaign.prediction import simulate, simulate_all
@@ -82,8 +82,8 @@ _NAMES = {
     "campaign.campaign_file": ("load_campaign",),
     "campaign.catalogue": ("catalogue_mechanism",),
     "campaign.identify_options": ("IdentifyOptions",),
-    "campaign.in_code": ("RecordEntry", "make_campaign", "make_command", "make_mechanism", "make_record"),
-    "campaign.in_files": ("write_campaign",),
+    "campaign.campaign_in_code": ("RecordEntry", "make_campaign", "make_command", "make_mechanism", "make_record"),
+    "campaign.campaign_writer": ("write_campaign",),
     "campaign.mechanism_file": ("load_mechanism",),
     "campaign.mechanism_text": ("write_mechanism",),
     "campaign.prediction": ("simulate", "simulate_all"),

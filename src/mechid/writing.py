@@ -180,7 +180,7 @@ def unwritable_error(folder: Path, error: OSError) -> UnwritableError:
     with suppress(OSError):  # as of a name that is too long
         places = (folder, *folder.parents)
         reasons = [f"{place} is a file" for place in places if place.is_file()]
-        reasons += [f"{place} is a link that leads to nothing" for place in places if _is_dangling_link(place)]
+        reasons += [f"{place} is a broken link" for place in places if _is_dangling_link(place)]
     why = reasons[0] if reasons else error.strerror or error
     remedy = "make room, or give another folder" if error.errno in NO_ROOM else "give another folder"
     return UnwritableError(f"{folder}: cannot be written to ({why}); {remedy}")

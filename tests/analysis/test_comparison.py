@@ -17,7 +17,7 @@ def test_the_criteria_by_hand(pair):
     b = {"x": record(0.0021), "y": record(0.003, samples=5000)}
     for score, rms, k in zip(pair(a, b).scores, (0.002, 0.0021), (8, 7), strict=True):
         deviance = 1e4 * (math.log(2 * math.pi * rms**2) + 1) + 5e3 * (math.log(2 * math.pi * 9e-6) + 1)
-        assert score.counted == k
+        assert score.fitted_count == k
         assert score.deviance == pytest.approx(deviance, rel=1e-12)
         assert score.aic == score.aic_effective == pytest.approx(deviance + 2 * k, rel=1e-12)
         assert score.bic == score.bic_effective == pytest.approx(deviance + k * math.log(15_000), rel=1e-12)

@@ -31,8 +31,8 @@ def test_the_model_is_the_simulation_and_the_residual_is_the_noise():
     assert removed[0] == pytest.approx(OFFSET_NM, abs=within)
     assert removed[-1] - removed[0] == pytest.approx(DRIFT_NM, abs=2.0 * within)
     np.testing.assert_allclose(found.level[:], torque - removed)
-    assert found.judged is found
-    assert found.judged_from == 0
+    assert found.evaluated_part is found
+    assert found.evaluated_from == 0
 
 
 def test_without_offset_and_drift_nothing_is_removed():

@@ -84,7 +84,7 @@ def entry(quantity, column="Fz", more=""):
         ),
         (
             {"channels": entry("force_z", more=', unit = "N", role = "input"')},
-            "role: force_z is measured beside the torque and has no role",
+            "role: force_z is measured in addition to the torque and has no role",
         ),
         (
             {"channels": entry("force_z", more=', unit = "N", noise_sigma = 1.0')},

@@ -76,7 +76,7 @@ STAGES_REFUSED = {
     "parameter twice": (
         '"gear.stiffness", "stepper.coil_resistance"',
         '"gear.stiffness", "gear.stiffness"',
-        'free[1]: "gear.stiffness" stands here twice; keep one',
+        'free[1]: "gear.stiffness" is listed twice; keep one',
     ),
     "nothing free": (
         '["gear.stiffness", "stepper.coil_resistance"]',

@@ -7,8 +7,8 @@ import pytest
 
 from mechid.campaign import RecordDraft, campaign_text, load_campaign, load_mechanism, new_campaign
 from mechid.campaign.channel_entry import QUANTITIES
-from mechid.campaign.not_filled_in import EXAMPLE_COMMAND
 from mechid.campaign.record_entry import KEYS
+from mechid.campaign.unfinished_template import EXAMPLE_COMMAND
 from mechid.command.stepping import KEYS as COMMAND_KEYS
 from mechid.errors import InputFileError, UsageError
 from mechid.plant.drive import measured_quantities
@@ -171,7 +171,7 @@ def test_the_column_that_is_called_a_torque_is_named(tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", ["mechanism.toml", "campaign.toml"])
 def test_nothing_is_overwritten(name, tmp_path):
     (tmp_path / name).write_text("mine")
-    message = f"{tmp_path / name}: is there already; give another folder, or move it away"
+    message = f"{tmp_path / name}: already exists; give another folder, or move it away"
     with pytest.raises(UsageError, match=f"^{re.escape(message)}$"):
         new_campaign(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == [name]

@@ -145,7 +145,7 @@ REFUSED = {  # what is replaced, by what -> the message behind "mechanism.toml: 
     "a count to be estimated": (
         "ratio = -50",
         "ratio = { value = 50.0, min = -100.0, max = 100.0 }",
-        "gear.ratio: found a table; it shapes the equations and is known, never estimated: write the number alone",
+        "gear.ratio: found a table; it fixes the equations and cannot be estimated: write the number alone",
     ),
     "sigma": (
         "sigma = 0.01",
@@ -155,12 +155,12 @@ REFUSED = {  # what is replaced, by what -> the message behind "mechanism.toml: 
     "poles to be estimated": (
         "poles = 100",
         "poles = { value = 100, min = 50, max = 200 }",
-        "stepper.poles: found a table; it shapes the equations and is known, never estimated: write the number alone",
+        "stepper.poles: found a table; it fixes the equations and cannot be estimated: write the number alone",
     ),
     "period to be estimated": (
         "period_deg = 1.8",
         "period_deg = { value = 1.8, min = 1.0, max = 2.0 }",
-        "stepper.detent.0.period_deg: found a table; it shapes the equations and is known, never estimated: "
+        "stepper.detent.0.period_deg: found a table; it fixes the equations and cannot be estimated: "
         "write the number alone in deg",
     ),
     "odd poles": (

@@ -15,7 +15,7 @@ import pytest
 
 from mechid.budgets.example import write_example
 from mechid.errors import UnwritableError
-from mechid.holding import hold_folder
+from mechid.locks import hold_folder
 from mechid.writing import creating_folder, write_together
 
 resource = pytest.importorskip("resource")

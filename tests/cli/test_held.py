@@ -9,8 +9,8 @@ import pytest
 
 from held_by import hold_by_parent
 from mechid.budgets.example import write_example
-from mechid.holding import LOCK_NAME, hold_folder
-from mechid.holding.folder import GUARD_NAME
+from mechid.locks import LOCK_NAME, hold_folder
+from mechid.locks.folder import GUARD_NAME
 
 VERBS = {
     "identify": ["bench"],
@@ -49,19 +49,19 @@ def test_a_folder_that_another_run_holds_is_2(refused, there, tmp_path, verb):
     before = contents(out)
     arguments = [there / one if one.startswith(places) else one for one in VERBS[verb]]
     line = refused(2, verb, *arguments, "--out", out)
-    assert f"{out}: another run holds it: mechid identify bench (process {pid} on " in line
+    assert f"{out}: another run is using it: mechid identify bench (process {pid} on " in line
     assert line.endswith("wait until it has ended, or give another folder")
     assert contents(out) == before
 
 
 def test_a_report_of_a_folder_that_another_run_holds_is_2(refused, there):
     hold_by_parent(there / "fit")
-    assert "another run holds it" in refused(2, "report", there / "fit")
+    assert "another run is using it" in refused(2, "report", there / "fit")
 
 
 def test_a_new_campaign_in_a_folder_that_another_run_holds_is_2(refused, tmp_path):
     hold_by_parent(tmp_path)
-    assert "another run holds it" in refused(2, "new", tmp_path)
+    assert "another run is using it" in refused(2, "new", tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {LOCK_NAME, GUARD_NAME}
 
 
@@ -69,7 +69,7 @@ def test_a_campaign_of_a_fleet_whose_folder_is_held_is_named(run, fitted, tmp_pa
     pid = hold_by_parent(tmp_path / "units" / "bench")
     result = run("fleet", fitted / "bench", "--out", tmp_path)
     assert result.exit_code == 5
-    assert f"units/bench: another run holds it: mechid identify bench (process {pid} on " in result.stderr
+    assert f"units/bench: another run is using it: mechid identify bench (process {pid} on " in result.stderr
     assert not (tmp_path / LOCK_NAME).exists()
 
 
@@ -85,7 +85,7 @@ def test_of_two_runs_into_one_folder_one_is_refused_and_the_other_undisturbed(fi
     codes = [run.returncode for run in running]
     assert sorted(codes) == [0, 2], said
     (one,) = said[codes.index(2)].splitlines()
-    assert f"another run holds it: mechid identify {fitted / 'bench'} " in one
+    assert f"another run is using it: mechid identify {fitted / 'bench'} " in one
     assert f"(process {running[codes.index(0)].pid} on " in one
     alone, here = (json.loads((at / "estimate.json").read_text()) for at in (fitted / "fit", tmp_path))
     assert here["parameters"] == alone["parameters"]

@@ -75,17 +75,17 @@ def test_a_time_offset_that_no_clock_shows_is_refused(refused, changed, offset):
 
 def test_a_link_that_leads_to_nothing_is_called_so(refused, tmp_path):
     (tmp_path / "bench").symlink_to(tmp_path / "gone")
-    assert "it is a link that leads to nothing" in refused(3, "check", tmp_path / "bench")
+    assert "it is a broken link" in refused(3, "check", tmp_path / "bench")
 
 
 def test_a_record_or_an_output_that_is_a_link_to_nothing_is_called_so(refused, folder, tmp_path):
     (tmp_path / "out").symlink_to(tmp_path / "gone")
     for inside in ("", "within"):
         line = refused(2, "simulate", folder, "--out", tmp_path / "out" / inside)
-        assert f"({tmp_path / 'out'} is a link that leads to nothing)" in line
+        assert f"({tmp_path / 'out'} is a broken link)" in line
     (folder / "full_23.csv").unlink()
     (folder / "full_23.csv").symlink_to(tmp_path / "gone")
-    assert "full_23.csv: there is no such file; it is a link" in refused(4, "check", folder)
+    assert "full_23.csv: there is no such file; it is a broken link" in refused(4, "check", folder)
 
 
 @pytest.mark.parametrize("header", ["sample", "Index", "n", "sample_no", "Data Index", "No."])

@@ -28,7 +28,7 @@ def test_new_writes_files_that_check_refuses_until_they_are_filled_in(run, refus
 def test_new_overwrites_nothing(refused, run, tmp_path):
     run("new", tmp_path)
     before = (tmp_path / "mechanism.toml").read_text()
-    assert "is there already" in refused(2, "new", tmp_path)
+    assert "already exists" in refused(2, "new", tmp_path)
     assert (tmp_path / "mechanism.toml").read_text() == before
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from incomplete.benches import make_bench, true_record
 from mechid.campaign import load_campaign
-from mechid.campaign.in_files import command_text
+from mechid.campaign.campaign_writer import command_text
 from mechid.command import Command, RateProfile
 from mechid.designs.alternatives import Group, refit_from_best
 from mechid.designs.candidates import CandidateChoice
@@ -21,7 +21,7 @@ from mechid.designs.numbers import design_numbers
 from mechid.designs.planned_record import PlannedRecord
 from mechid.designs.separation import CLEAR, refit
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.diagnosis.candidate import Model, Setting
+from mechid.identification.diagnosis.candidate import CandidateModel, Setting
 from mechid.identification.identify import make_problem
 
 LOG = logging.getLogger(__name__)
@@ -42,7 +42,7 @@ def rivals_of_bench(effect, seed, names, folder):
     campaign = load_campaign(folder)
     campaign = replace(campaign, records=tuple(r for r in campaign.records if r.name in KNOWN))
     problem = make_problem(campaign, 1)
-    plain = Model(Setting(problem, problem.whole_windows(), (), frozenset(names)), campaign.mechanism).at({})
+    plain = CandidateModel(Setting(problem, problem.whole_windows(), (), frozenset(names)), campaign.mechanism).at({})
     less = plain.fit(plain)
     return campaign, Group(names, refit_from_best([less.with_effect(name) for name in names]))
 

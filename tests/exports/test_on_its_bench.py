@@ -171,7 +171,7 @@ def test_without_a_stand_both_are_the_same(paper):
     flying, bench = (linear(handed, stand=stand) for stand in (False, True))
     assert bench["free"].inputs.names == flying["free"].inputs.names
     assert "base_acceleration" in bench["free"].inputs.names
-    np.testing.assert_array_equal(bench["free"].matrices.joined, flying["free"].matrices.joined)
+    np.testing.assert_array_equal(bench["free"].matrices.block_matrix, flying["free"].matrices.block_matrix)
     np.testing.assert_array_equal(*(lines_of(handed, stand=stand)[2].lines for stand in (False, True)))
 
 

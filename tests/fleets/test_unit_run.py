@@ -5,7 +5,7 @@ import pickle
 import pytest
 
 from estimates import free
-from mechid.fleets.unit_run import How, UnitRun, run_unit, task_of
+from mechid.fleets.unit_run import EstimateOrigin, UnitRun, run_unit, task_of
 from synthetic_fleet import write_fit
 
 
@@ -24,7 +24,7 @@ def test_a_finished_fit_without_a_campaign_is_taken_as_it_is(task, tmp_path):
     folder = write_fit(tmp_path / "a", {"gear.stiffness": free(900.0, 1.0)})
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     run = run_unit(task(folder))
-    assert (run.how, run.folder, run.said) == (How.GIVEN, str(folder.resolve()), "")
+    assert (run.how, run.folder, run.said) == (EstimateOrigin.GIVEN, str(folder.resolve()), "")
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
     assert not (tmp_path / "out").exists()
 
@@ -35,7 +35,7 @@ def test_what_is_wrong_with_one_campaign_is_said_and_not_raised(task, tmp_path):
     folder.mkdir()
     (folder / "campaign.toml").write_text("mechanism = 5\n", encoding="utf-8")
     run = run_unit(task(folder))
-    assert run.how is How.NONE
+    assert run.how is EstimateOrigin.NONE
     assert run.said.startswith("campaign.toml: ")
     assert "\n" not in run.said
     assert run.words.startswith("no estimate (campaign.toml: ")
@@ -50,6 +50,6 @@ def test_a_task_is_plain_values(task, tmp_path):
 
 
 def test_how_an_estimate_came_about_is_a_line():
-    assert UnitRun(how=How.IDENTIFIED, folder="a", seconds=2.04).words == "identified, 2.0 s"
-    changed = UnitRun(how=How.CHANGED, folder="a", said="changed: mechanism.toml", seconds=1.0)
+    assert UnitRun(how=EstimateOrigin.IDENTIFIED, folder="a", seconds=2.04).words == "identified, 2.0 s"
+    changed = UnitRun(how=EstimateOrigin.CHANGED, folder="a", said="changed: mechanism.toml", seconds=1.0)
     assert changed.words == "identified anew (changed: mechanism.toml), 1.0 s"

@@ -23,7 +23,7 @@ from mechid.errors import UsageError
 from mechid.identification.held_out_nuisance import first_part, fit_held_out_records
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.target import target_of
-from mechid.identification.result.as_fitted import campaign_as_fitted, record_as_fitted
+from mechid.identification.result.finished_fit import campaign_as_fitted, record_as_fitted
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.search_state import SearchState
@@ -89,8 +89,8 @@ def test_every_prediction_takes_it(example):
     assert not held.time_offset.is_free
     p = predict(of.record("held"), fit)["torque"]
     assert p.measured.size == 10_001
-    assert p.judged_from == fit.records["held"].nuisance.samples
-    assert p.judged.base.start_s == pytest.approx(fit.records["held"].nuisance.until_s)
+    assert p.evaluated_from == fit.records["held"].nuisance.samples
+    assert p.evaluated_part.base.start_s == pytest.approx(fit.records["held"].nuisance.until_s)
     assert campaign_as_fitted(of, fit).record("held").time_offset.value == pytest.approx(LATE_S, abs=1e-5)
 
 

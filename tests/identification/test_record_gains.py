@@ -19,7 +19,7 @@ from mechid.errors import InputFileError
 from mechid.identification.conclude import conclude
 from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.effects.campaign_disturbances import possible_disturbances
-from mechid.identification.effects.disturbance import Found
+from mechid.identification.effects.disturbance import FoundDisturbance
 from mechid.identification.effects.effect import AddedTerms, lay_out
 from mechid.identification.identify import make_problem
 from mechid.identification.result.fit_file import read_fit
@@ -53,7 +53,7 @@ def made(tmp_path_factory):
         outcome=FitOutcome.CONVERGED,
         solution=solution,
         searched=True,
-        found=(Found(gains, 1000.0, 1.0),),
+        found=(FoundDisturbance(gains, 1000.0, 1.0),),
         added=added,
     )
     fit = conclude(campaign, state, seed=1, seconds=1.0)

@@ -12,6 +12,7 @@ from mechid.checks import numbers as checks
 from mechid.comparisons import numbers as comparisons
 from mechid.designs import numbers as designs
 from mechid.designs import sentences
+from mechid.display import DOCUMENTS
 from mechid.emissions import document as emission_document
 from mechid.emissions import numbers as emissions
 from mechid.exports import export as exports
@@ -22,7 +23,6 @@ from mechid.indexes.kinds import KINDS
 from mechid.looks import document as look_document
 from mechid.looks import numbers as looks
 from mechid.profiles import numbers as profiles
-from mechid.shown import DOCUMENTS
 from mechid.simulations import numbers as simulations
 
 WRITTEN = {

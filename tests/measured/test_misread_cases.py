@@ -10,7 +10,7 @@ import pytest
 
 from mechid import load_campaign, load_structure
 from mechid.errors import InputFileError, RecordError
-from mechid.records.bare import read_bare
+from mechid.records.undeclared import read_bare
 
 FOLDER = Path(os.environ.get("MECHID_CASES", "no such folder"))
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="no cases: set MECHID_CASES to their folder")

@@ -5,7 +5,7 @@ import pytest
 
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec, Conditioning, RecordSpec, TimeStamps, read_record
-from mechid.records.stamps import fit_regular_clock
+from mechid.records.time_stamps import fit_regular_clock
 
 RATE = 1000.0
 SAMPLES = 4000

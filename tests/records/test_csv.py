@@ -167,7 +167,7 @@ REFUSED = {
     "half a UTF-16 letter": (
         text().encode("utf-16") + b"1",
         {},
-        "run.csv: is not the utf-16-le text that it says it is",
+        "run.csv: is not valid utf-16-le text, which it claims to be",
     ),
     "header only": (b"time_s,torque_Nm\n", {}, "run.csv: line 1: a header, but no samples after it"),
     "few": ("".join(rows().splitlines(keepends=True)[:16]), {}, "run.csv: 15 samples; a record needs 16 at least"),

@@ -5,8 +5,8 @@ import pytest
 
 from mechid.errors import RecordError
 from mechid.records import RecordSpec, read_record
-from mechid.records.bare import read_bare
 from mechid.records.csv_numbers import Notation, may_be_grouped, notation_of, note_kinds
+from mechid.records.undeclared import read_bare
 
 SAMPLES = np.arange(400)
 COUNTS = np.round(1500.0 * np.sin(SAMPLES / 7.0)).astype(int)

@@ -5,9 +5,9 @@ import pytest
 
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec, RecordSpec, read_record
-from mechid.records.bare import read_bare
 from mechid.records.csv_units import bare_unit, is_line_of_units, stated_units
 from mechid.records.formats import open_table
+from mechid.records.undeclared import read_bare
 
 TIME = np.arange(40) / 2000.0
 TORQUE = np.sin(np.arange(40.0))

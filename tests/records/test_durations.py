@@ -5,8 +5,8 @@ import pytest
 
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec, RecordSpec, read_record
-from mechid.records.bare import read_bare
 from mechid.records.formats import open_table
+from mechid.records.undeclared import read_bare
 
 RATE = 1000.0
 MILLIS = 500 + np.arange(64)

@@ -60,7 +60,7 @@ REFUSED_COLUMNS = {
     UFF + "sample_dataset58_psd.uff": "it is no time history but a power spectral density",
 }
 REFUSED_FILES = {
-    UFF + "1858.uff": "no data set 58, which measured functions stand in; data sets: 1858, 1858",
+    UFF + "1858.uff": "no data set 58 (measured functions); its data sets: 1858, 1858",
     UFF + "TestLab 161 164 18 15 82.uff": "data sets: 151, 164, 18, 15, 82, 82, 82",
     UFF + "heat_engine_housing.uff": "data sets: 151, 164, 2411, 2412, 2414",
     "cogging/cogging_tableau.txt": "columns in the header",

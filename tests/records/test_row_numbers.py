@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from mechid.errors import RecordError
-from mechid.records.bare import read_bare
+from mechid.records.undeclared import read_bare
 from records_read import read, refused
 
 RATE = 1e4

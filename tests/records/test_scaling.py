@@ -6,7 +6,7 @@ import pytest
 from mechid.checks.data_file import file_numbers
 from mechid.errors import RecordError
 from mechid.records import Conditioning
-from mechid.records.bare import Hints, read_bare
+from mechid.records.undeclared import Hints, read_bare
 from packed_files import COUNTS, write_hdf5
 from records_read import read, refused, torque
 

@@ -10,9 +10,9 @@ import pytest
 
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec
-from mechid.records.bare import read_bare
 from mechid.records.formats import open_table
 from mechid.records.table import Clock
+from mechid.records.undeclared import read_bare
 from records_read import read, torque
 
 RATE = 1000.0

@@ -6,7 +6,7 @@ from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec, RecordSpec, read_record
-from mechid.records.bare import read_bare
+from mechid.records.undeclared import read_bare
 
 RATE = 1000.0
 TORQUE = np.sin(0.3 * np.arange(200.0))

@@ -5,10 +5,10 @@ import pytest
 
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec, RecordSpec, read_record
-from mechid.records.bare import read_bare
 from mechid.records.formats import open_table
 from mechid.records.sampling import samplings
 from mechid.records.spec import Conditioning, TimeStamps
+from mechid.records.undeclared import read_bare
 
 SAMPLES = np.arange(2000)
 TORQUE = np.sin(SAMPLES / 7.0)

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import pytest
 
-from mechid.diagnoses.effects_shown import missing_data
-from mechid.identification.result.missing import Missing, OwnValue
+from mechid.diagnoses.effect_rows import missing_data
+from mechid.identification.result.missing_effects import EffectValue, Missing
 from mechid.ink.in_markdown import document_markdown
 from mechid.ink.on_page import interactive_page
 from mechid.reports.document import PRESENTER
-from mechid.reports.embedded import page_script
+from mechid.reports.figure_cache import page_script
 from mechid.reports.numbers import report_data
 from mechid.reports.sections import report_document
 from printing import printed
@@ -18,7 +18,7 @@ from printing import printed
 
 def clocks(**ppm):
     """Return own clocks of records, each a value and its standard error in ppm."""
-    values = {f"record.{name}.clock_ppm": OwnValue(value=v, std_error=s, unit="ppm") for name, (v, s) in ppm.items()}
+    values = {f"record.{name}.clock_ppm": EffectValue(value=v, std_error=s, unit="ppm") for name, (v, s) in ppm.items()}
     own = {"chi_square": 900.0, "dof": len(ppm), "share": 0.5, "p_value": 0.0, "records": tuple(ppm), "toml": "[[own]]"}
     return Missing(name="record.clock", words="another rate in some records", parameters=values, **own)
 

@@ -12,7 +12,7 @@ from PIL import Image
 from mechid.errors import InputFileError
 from mechid.ink import on_page
 from mechid.reports.curves import record_curves
-from mechid.reports.embedded import page_script
+from mechid.reports.figure_cache import page_script
 from mechid.reports.results import read_truth
 from mechid.reports.sections import report_document
 

@@ -13,7 +13,7 @@ from mechid.reports.curves import record_curves
 from mechid.reports.files import write_report
 from mechid.reports.outline import decode_outline
 from mechid.reports.trace import decode
-from mechid.signal import stored
+from mechid.signal import stored_series
 from mechid.signal.envelope import envelope
 
 LABELS = {
@@ -184,7 +184,7 @@ def test_the_dot_of_a_rate_stands_over_its_letter_and_the_index_below(opened):
 def long_page(reported, tmp_path_factory):
     """Return the curves and the page of the same records where 5000 samples are a long record."""
     with pytest.MonkeyPatch.context() as changes:
-        changes.setattr(stored, "MAX_IN_MEMORY", 5000)
+        changes.setattr(stored_series, "MAX_IN_MEMORY", 5000)
         changes.setattr(outline, "COLUMNS", 500)
         changes.setattr(outline, "DETAIL_S", 0.2)
         (curves,) = record_curves(reported.campaign, reported.fit, reported.validation["sweep"])

@@ -9,7 +9,7 @@ from mechid.diagnoses.path import COMPLETED_TITLE, PATH_COLUMNS, completed_data,
 from mechid.ink.in_markdown import document_markdown
 from mechid.ink.on_page import interactive_page
 from mechid.reports.document import PRESENTER
-from mechid.reports.embedded import page_script
+from mechid.reports.figure_cache import page_script
 from mechid.reports.numbers import report_data
 from mechid.reports.sections import report_document
 from printing import printed

@@ -12,11 +12,11 @@ from mechid.campaign.bench import TRUTH, write_bench
 from mechid.campaign.campaign_file import TRUTH_NAME, load_campaign
 from mechid.checks.document import PRESENTER
 from mechid.checks.numbers import check_numbers
+from mechid.display import SYNTHETIC
 from mechid.errors import InputFileError
 from mechid.identification.result.estimate_file import is_synthetic, write_estimate
 from mechid.identification.result.fit_file import read_fit
 from mechid.reports.numbers import report_data
-from mechid.shown import SYNTHETIC
 
 
 @pytest.fixture

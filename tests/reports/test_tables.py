@@ -1,6 +1,6 @@
 """The tables of a fit's report. Truth: the rows that are handed to them."""
 
-from mechid.diagnoses.effects_shown import NAME, VALUE
+from mechid.diagnoses.effect_rows import NAME, VALUE
 from mechid.ink.table import Table
 from mechid.ink.text_table import Column, OnPage
 from mechid.reports.tables import stage_table

@@ -10,7 +10,7 @@ from mechid.reports.outline import decode_outline, outline_of
 from mechid.reports.packing import pack_floats, pack_integers, unpack
 from mechid.reports.trace import decode, trace_of
 from mechid.signal.envelope import envelope
-from mechid.signal.stored import as_writable
+from mechid.signal.stored_series import as_writable
 from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
 

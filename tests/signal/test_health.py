@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mechid.signal.clipping import clipped_runs
-from mechid.signal.quiet import quiet_stretches
+from mechid.signal.quiet_stretches import quiet_stretches
 from mechid.signal.resolution import resolution
 
 RATE = 10_000.0

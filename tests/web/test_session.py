@@ -17,10 +17,10 @@ from mechid.identification.computation.progress import Progress
 from mechid.simulation.interruption import check_interruption
 from mechid.web import Source
 from mechid.web.estimate import Estimate
+from mechid.web.fit_content import progress_curves
 from mechid.web.fit_run import FitRun, RunState
-from mechid.web.fit_shown import progress_curves
+from mechid.web.page_content import shown_data
 from mechid.web.session import MOST_SHOWN, Session
-from mechid.web.shown import shown_data
 from turned import TRUTH, at_truth
 
 SECONDS = 60.0

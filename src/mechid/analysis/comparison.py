@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from mechid.analysis.criteria import Score, score, shared_effective_samples
 from mechid.analysis.hypothesis import Hypothesis, HypothesisParameter, hypotheses_of
 from mechid.analysis.preference import Preference, cautions, preference
+from mechid.display import DisplayedResult
 from mechid.parameter import Status
-from mechid.shown import Shown
 from mechid.units import angle_difference
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class ParameterComparison:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Comparison(Shown):
+class Comparison(DisplayedResult):
     """Comparison of finished fits.
 
     Attributes

@@ -25,7 +25,7 @@ class Score:
     hypothesis : str
     free : int
         Number of estimated parameters of the mechanism and the records.
-    counted : int
+    fitted_count : int
         k: these parameters, fitted offsets and drifts, and one noise level per record.
     samples, effective_samples : float
         Sample counts of the fitted records.
@@ -41,7 +41,7 @@ class Score:
 
     hypothesis: str
     free: int
-    counted: int
+    fitted_count: int
     samples: float
     effective_samples: float
     deviance: float
@@ -64,14 +64,14 @@ def _of_smallest(records: Sequence[RecordEvidence]) -> float:
 
 def score(hypothesis: Hypothesis, effective: Mapping[str, float]) -> Score:
     """Compute the criteria of a hypothesis from the records' effective sample counts."""
-    used, k = hypothesis.used_for("estimate"), hypothesis.counted
+    used, k = hypothesis.used_for("estimate"), hypothesis.fitted_count
     n, m = float(sum(r.samples for r in used)), sum(effective[r.name] for r in used)
     by_all = sum(_deviance(r, r.samples) for r in used)
     by_effective = sum(_deviance(r, effective[r.name]) for r in used)
     return Score(
         hypothesis=hypothesis.name,
         free=len(hypothesis.free),
-        counted=k,
+        fitted_count=k,
         samples=n,
         effective_samples=m,
         deviance=by_all,

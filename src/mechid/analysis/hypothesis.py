@@ -118,7 +118,7 @@ class Hypothesis:
         return tuple(r for r in self.records.values() if r.use == use)
 
     @property
-    def counted(self) -> int:
+    def fitted_count(self) -> int:
         """Number of fitted quantities: free parameters, offsets, drifts, lines, and one noise level per record."""
         return len(self.free) + sum(r.projected + 1 for r in self.used_for("estimate"))
 

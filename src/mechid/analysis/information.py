@@ -13,7 +13,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import channel_triangles
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
-from mechid.identification.result.as_fitted import record_as_fitted
+from mechid.identification.result.finished_fit import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.record_result import RecordFit
 from mechid.parameter import Parameter, Status

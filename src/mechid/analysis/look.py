@@ -25,7 +25,7 @@ from mechid.signal.density import rms_below
 from mechid.signal.lines import Line, Prominence, prominence, spectral_lines
 from mechid.signal.mains import mains_lines
 from mechid.signal.moments import mean, root_mean_square
-from mechid.signal.quiet import QuietStretch, quiet_stretches
+from mechid.signal.quiet_stretches import QuietStretch, quiet_stretches
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import Runs, runs_of
 from mechid.signal.series import Series

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from mechid.analysis.settings import RESIDUAL
 from mechid.records import Channel
 from mechid.signal import noise_floor
-from mechid.signal.quiet import QuietStretch, quiet_rms
+from mechid.signal.quiet_stretches import QuietStretch, quiet_rms
 from mechid.signal.resolution import resolution
 
 

@@ -13,7 +13,7 @@ from mechid.campaign.campaign import key_in_record
 from mechid.command import RateProfile, Timing
 from mechid.command.edges import steps_travelled
 from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
-from mechid.identification.result.as_fitted import record_as_fitted
+from mechid.identification.result.finished_fit import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import samples_of
@@ -75,14 +75,14 @@ class Prediction:
     rest: Prediction | None = None
 
     @property
-    def judged(self) -> Prediction:
+    def evaluated_part(self) -> Prediction:
         """The evaluated part: the whole record, without a first part on which nuisance parameters were fitted."""
         return self.rest or self
 
     @property
-    def judged_from(self) -> int:
+    def evaluated_from(self) -> int:
         """First sample of the evaluated part."""
-        return self.base.samples - self.judged.base.samples
+        return self.base.samples - self.evaluated_part.base.samples
 
     @property
     def level(self) -> Remainder:
@@ -109,7 +109,7 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     timing = Timing(values[record.time_offset.name], clock_ppm, record.clock_reference)
     start = Start({key_in_record(q.name): values[q.name] for q in record.start})
     simulator = Simulator(fit.mechanism.plant, record.command, target.base, known_edges=target.excitation, start=start)
-    p = fit.mechanism.kernel_values({q.replaces: values[q.name] for q in record.replaced})
+    p = fit.mechanism.kernel_values({q.replaces: values[q.name] for q in record.overrides})
     y, _, _ = accurate_outputs(simulator, p, timing=timing)
     outputs = dict(zip(fit.mechanism.plant.outputs, y, strict=True))
     travel = Travel(record.command.rate, target.base, timing)
@@ -133,21 +133,23 @@ def _without_rejected(channel: TargetChannel, fit: Fit, record: str) -> TargetCh
 
 
 def _pair_with_model(
-    channel: TargetChannel, modelled: Series, travel: Travel, base: TimeBase, judged_from: int = 0
+    channel: TargetChannel, modelled: Series, travel: Travel, base: TimeBase, evaluated_from: int = 0
 ) -> Prediction:
-    """Pair a channel with its prediction, over the whole record and from the sample `judged_from`."""
+    """Pair a channel with its prediction, over the whole record and from the sample `evaluated_from`."""
     removed = Line(math.nan, math.nan)
     if is_finite(modelled):
         removed = channel.line(Remainder(channel.measured, model=modelled), channel.rejected)
     rest = None
-    if judged_from:
+    if evaluated_from:
         later = replace(
             channel,
-            measured=stretch_of(channel.measured, judged_from, base.samples),
-            rejected=channel.rejected_within((judged_from, base.samples)),
+            measured=stretch_of(channel.measured, evaluated_from, base.samples),
+            rejected=channel.rejected_within((evaluated_from, base.samples)),
         )
-        left = TimeBase(base.sample_rate_hz, base.samples - judged_from, base.start_s + judged_from * base.interval_s)
-        stretch = stretch_of(modelled, judged_from, base.samples)
+        left = TimeBase(
+            base.sample_rate_hz, base.samples - evaluated_from, base.start_s + evaluated_from * base.interval_s
+        )
+        stretch = stretch_of(modelled, evaluated_from, base.samples)
         rest = _pair_with_model(later, stretch, replace(travel, base=left), left)
     return Prediction(
         measured=channel.measured,

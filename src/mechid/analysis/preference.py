@@ -160,7 +160,7 @@ def cautions(hypotheses: Sequence[Hypothesis], scores: Sequence[Score]) -> tuple
             f"residuals are coloured: {scores[0].samples:.0f} samples are worth {scores[0].effective_samples:.0f}; "
             "AIC and BIC by all samples are overconfident, those by effective samples decide"
         )
-    most = max(s.counted for s in scores)
+    most = max(s.fitted_count for s in scores)
     if scores[0].effective_samples < RESIDUAL.ample * most:
         lines.append(
             f"{scores[0].effective_samples:.0f} effective samples for up to {most} fitted numbers: the criteria are "

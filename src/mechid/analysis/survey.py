@@ -11,18 +11,18 @@ from typing import TypeAlias
 from mechid.analysis.look import Drive, RecordLook, look_at
 from mechid.campaign.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign_file import FILE_NAME, load_records
-from mechid.campaign.in_code import RecordEntry, read_single_record
+from mechid.campaign.campaign_in_code import RecordEntry, read_single_record
+from mechid.display import DisplayedResult
 from mechid.errors import RecordError
 from mechid.records import Record
-from mechid.records.bare import Hints, read_bare
-from mechid.shown import Shown
+from mechid.records.undeclared import Hints, read_bare
 
 TOML = ".toml"
 _NO_NAME = re.compile(r"[^A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True, kw_only=True)
-class LeftOut:
+class UnreadableFile:
     """A file that could not be read, with the reason."""
 
     file: str
@@ -30,11 +30,11 @@ class LeftOut:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Survey(Shown):
+class Survey(DisplayedResult):
     """Examinations of all records, with unique names, and the files that could not be read."""
 
     looks: tuple[RecordLook, ...]
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[UnreadableFile, ...]
 
 
 Source: TypeAlias = Path | Campaign | RecordEntry
@@ -58,7 +58,7 @@ def survey(sources: Sequence[Source], hints: Hints | None = None) -> Survey:
         No file can be read; the message gives the reason of the first one.
     """
     looks: list[RecordLook] = []
-    left_out: list[LeftOut] = []
+    left_out: list[UnreadableFile] = []
     used: set[str] = set()
     for source in sources:
         try:
@@ -67,7 +67,7 @@ def survey(sources: Sequence[Source], hints: Hints | None = None) -> Survey:
         # One unreadable file must not prevent the examination of the others.
         except RecordError as error:
             left_out.append(
-                LeftOut(file=str(source) if isinstance(source, Path) else _name(source), message=str(error))
+                UnreadableFile(file=str(source) if isinstance(source, Path) else _name(source), message=str(error))
             )
     if not looks:
         more = f"; and {len(left_out) - 1} more files" if len(left_out) > 1 else ""

@@ -17,12 +17,12 @@ from mechid.analysis.side_components import SideAtRate, side_components
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
+from mechid.display import DisplayedResult
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.result.as_fitted import record_as_fitted
+from mechid.identification.result.finished_fit import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.record_result import Nuisance
 from mechid.records import COMPONENTS, Mounting
-from mechid.shown import Shown
 from mechid.signal import (
     Band,
     LjungBox,
@@ -148,10 +148,10 @@ class RecordValidation:
         return {"command": dict(self.command), "judged_from_s": judged_from_s, "channels": channels}
 
 
-class Validations(Shown, dict[str, RecordValidation]):
+class Validations(DisplayedResult, dict[str, RecordValidation]):
     """Validation of each record, by name; shown in a notebook as the table of the report."""
 
-    __repr__ = Shown.__repr__
+    __repr__ = DisplayedResult.__repr__
 
 
 def validate(campaign: Campaign, fit: Fit, listener: Listener = _ignore) -> Validations:
@@ -222,11 +222,11 @@ def _side(
 ) -> tuple[SideAtRate, ...]:
     """Compute the lines of the components, with phases relative to the torque as interpreted by the fit."""
     assert record.data is not None
-    level: list[Series] = [torque.judged.level]
+    level: list[Series] = [torque.evaluated_part.level]
     for quantity in components:
-        data = stretch_of(record.data.channel(quantity).data, torque.judged_from, torque.base.samples)
+        data = stretch_of(record.data.channel(quantity).data, torque.evaluated_from, torque.base.samples)
         level.append(Remainder(data, fit_line(data, 2)))
-    return side_components(level, torque.judged.travel, torque.base.sample_rate_hz, mains_hz)
+    return side_components(level, torque.evaluated_part.travel, torque.base.sample_rate_hz, mains_hz)
 
 
 def _only_compared(record: CampaignRecord, quantity: str) -> str:
@@ -244,7 +244,7 @@ def with_validation(content: Mapping[str, Any], validation: Mapping[str, RecordV
 def channel_validation(quantity: str, unit: str, p: Prediction, mains_hz: float | None = None) -> ChannelValidation:
     """Validate one predicted channel; hum at multiples of `mains_hz` does not count as emission."""
     samples = _digest(p)
-    p = p.judged
+    p = p.evaluated_part
     measured, r = p.level, p.residual
     # Only the torque acts on the structure; other channels are not emission.
     counted, emits = r.size - p.rejected.size, p.finite and quantity == TORQUE

@@ -57,7 +57,7 @@ def bootstrap(
     InputFileError
         The campaign is not that of the fit.
     FitError
-        The fit has no optimum, or no draw could be refitted.
+        The grade of the fit is C or failed, or no draw could be refitted.
 
     Examples
     --------

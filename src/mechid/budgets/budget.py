@@ -31,13 +31,13 @@ from mechid.budgets.side_response import SideResponse, side_response
 from mechid.budgets.side_source import SideSource
 from mechid.budgets.standing import Parts, assess_standing, nominal_level
 from mechid.budgets.steady_state import SteadyState, enough_substeps, steady_state
+from mechid.display import DisplayedResult
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import map_tasks, one_core_algebra
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.fit import Fit
 from mechid.plant.flight import moving_base_objection
 from mechid.plant.mechanism import Mechanism
-from mechid.shown import Shown
 from mechid.simulation.resonances import resonances
 from mechid.structure import Modes, Structure
 
@@ -50,7 +50,7 @@ BY_DUTY = "all modes, by duty"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Budget(Shown):
+class Budget(DisplayedResult):
     """Result of a budget file; `by_duty` combines all modes, weighted by their share of the time.
 
     `two_way_by_duty` holds the two-way levels of the nominal unit over time for all modes together, rad, by

@@ -16,7 +16,7 @@ from mechid.budgets.other_errors import OtherError
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.requirement_entry import read_requirements
 from mechid.budgets.structure_entry import read_frame, read_structure_entry
-from mechid.campaign.in_code import plain
+from mechid.campaign.campaign_in_code import plain
 from mechid.campaign.place import Place, describe_entry, refuse_unknown_keys, required_entry, text
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_whole

@@ -15,8 +15,8 @@ from mechid.budgets.discrepancy import Discrepancy, discrepancy_of
 from mechid.budgets.flight_entry import LOAD_INERTIA, Flight
 from mechid.budgets.residual_source import ResidualSource, residual_source
 from mechid.errors import InputFileError, did_you_mean
-from mechid.identification.result.as_fitted import error_covariance, refuse_failed
 from mechid.identification.result.estimate_file import DIGEST
+from mechid.identification.result.finished_fit import error_covariance, refuse_failed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.parameter import Role

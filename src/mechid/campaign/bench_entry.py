@@ -185,7 +185,7 @@ def _check(record: CampaignRecord, bench: Bench, place: Place) -> None:
         raise at.error(f"{side[0]} needs the frame of the table and the mounting point in it; {EXAMPLE}")
     outputs = [channel.quantity for channel in record.spec.channels if channel.role is Role.OUTPUT]
     if TORQUE not in outputs:
-        raise at.error(f"{side[0]} is measured with its phase to the drive torque; add a channel of the torque")
+        raise at.error(f"{side[0]} is evaluated with its phase relative to the drive torque; add a torque channel")
     if mounting.drive_moment in side:
         here = place.item(quantities.index(mounting.drive_moment))
         raise here.error(f'{mounting.drive_moment} is the drive torque; write quantity = "torque"')

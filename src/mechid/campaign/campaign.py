@@ -128,7 +128,7 @@ class CampaignRecord:
         return self.estimated[0].quantity
 
     @property
-    def replaced(self) -> tuple[Parameter, ...]:
+    def overrides(self) -> tuple[Parameter, ...]:
         """Per-record overrides of mechanism parameters, as ``record.<name>.transducer.gain``."""
         return tuple(q for q in self.parameters if q.replaces)
 

@@ -9,13 +9,13 @@ from typing import Any
 
 from mechid.campaign.bench_entry import read_bench, with_data
 from mechid.campaign.campaign import Campaign, CampaignRecord
-from mechid.campaign.joined_campaign import KEYS, SYNTHETIC, Sources, joined_campaign
+from mechid.campaign.campaign_builder import KEYS, SYNTHETIC, Sources, build_campaign
 from mechid.campaign.mechanism_file import load_mechanism
-from mechid.campaign.not_filled_in import refuse_empty_commands
 from mechid.campaign.place import Place, refuse_unknown_keys, required_entry, text
 from mechid.campaign.record_entry import read_records as read_record_entries
 from mechid.campaign.record_tables import merge_tables
 from mechid.campaign.toml_file import read_toml
+from mechid.campaign.unfinished_template import refuse_empty_commands
 from mechid.errors import InputFileError
 from mechid.reading.whole import is_file, is_folder
 from mechid.records import Record, prepare_to_read, read_record
@@ -75,7 +75,7 @@ def load_campaign(
     sources = Sources(file.parent, lambda: load_mechanism(mechanism_path), _read, need_files, read_records)
     if SYNTHETIC not in table and is_synthetic(table, file):
         table = {**table, SYNTHETIC: True}
-    return joined_campaign(table, place, sources, path=file, mechanism_path=mechanism_path)
+    return build_campaign(table, place, sources, path=file, mechanism_path=mechanism_path)
 
 
 def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:

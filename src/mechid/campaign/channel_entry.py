@@ -140,7 +140,7 @@ def _channel(table: Mapping[str, Any], place: Place, *, in_volts: bool) -> Chann
     role = _role(table, place)
     for key in MATCH_KEYS:
         if key in table and role is not Role.OUTPUT:
-            kind = "an input" if role is Role.INPUT else "a component that is measured beside the torque"
+            kind = "an input" if role is Role.INPUT else "a component that is measured in addition to the torque"
             raise place.key(key).error(f"applies to outputs only, and this is {kind}; leave it out")
     if "between" in table and role is not Role.INPUT:
         raise place.key("between").error('applies to inputs only; add role = "input" to this channel')
@@ -162,7 +162,7 @@ def _role(table: Mapping[str, Any], place: Place) -> Role:
         return Role(one_of(table.get("role", Role.OUTPUT), ROLES, place.key("role")))
     if "role" in table:
         raise place.key("role").error(
-            f"{table['quantity']} is measured beside the torque and has no role; leave it out"
+            f"{table['quantity']} is measured in addition to the torque and has no role; leave it out"
         )
     return Role.SIDE
 

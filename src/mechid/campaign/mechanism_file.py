@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from mechid.campaign.mechanism_structure import Structure, divisors, read_structure
-from mechid.campaign.not_filled_in import without_template
 from mechid.campaign.parameter_entry import read_parameter
 from mechid.campaign.place import Place, describe_entry, in_unit, is_table_list
 from mechid.campaign.toml_file import read_toml
+from mechid.campaign.unfinished_template import without_template
 from mechid.command.entry import is_table
 from mechid.errors import did_you_mean
 from mechid.parameter import Declaration, Parameter, Status

@@ -11,8 +11,8 @@ from typing import Any
 
 import sympy as sp
 
-from mechid.campaign.own_block import read_own_block
 from mechid.campaign.place import Place, describe_entry, is_table_list, text
+from mechid.campaign.user_block import read_own_block
 from mechid.command.entry import is_number, is_table
 from mechid.errors import InputFileError
 from mechid.plant.assembly import check_assembly, plant_of
@@ -81,7 +81,7 @@ def read_structure(table: Mapping[str, Any], place: Place, folder: Path) -> Stru
     own = dict(_own_blocks(table, place, folder))
     if both := next((name for name in own if name in laws), None):
         key = TABLES[both].option
-        raise place.key(f"{both}.{OWN_KEY}").error(f'stands beside {key} = "{laws[both]}"; keep one of them')
+        raise place.key(f"{both}.{OWN_KEY}").error(f'excludes {key} = "{laws[both]}"; keep one of them')
     tables = frozenset(name for name in OPTIONAL if is_table(entry := _at(table, name)) and "value" not in entry)
     orders = {name: tuple(_orders(table, TABLES[name], place)) for name in LISTS}
     orders |= {

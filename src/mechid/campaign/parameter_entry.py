@@ -43,7 +43,7 @@ def read_parameter(
         value = _read_within_limits(entry, declaration, place)
         parameter = Parameter(name=name, value=value, declaration=declaration)
     elif declaration.structural:
-        reason = "it shapes the equations and is known, never estimated"
+        reason = "it fixes the equations and cannot be estimated"
         raise place.error(f"found a table; {reason}: write the number alone{in_unit(declaration.unit)}")
     else:
         parameter = _read_estimated(entry, name, declaration, place)

@@ -129,7 +129,7 @@ def texts(entry: Any, place: Place, remedy: str) -> tuple[str, ...]:
     for index, item in enumerate(entry):
         text(item, place.item(index), remedy)
         if item in entry[:index]:
-            raise place.item(index).error(f'"{item}" stands here twice; keep one')
+            raise place.item(index).error(f'"{item}" is listed twice; keep one')
     return tuple(entry)
 
 

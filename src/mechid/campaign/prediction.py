@@ -85,7 +85,7 @@ def _simulate_record(
         _ = simulator.excitation
     except UsageError as error:
         raise InputFileError(f'{campaign.path.name}: record "{chosen.name}": command: {error}') from error
-    p = campaign.mechanism.kernel_values({q.replaces: q.value for q in chosen.replaced})
+    p = campaign.mechanism.kernel_values({q.replaces: q.value for q in chosen.overrides})
     if substeps is None:
         return simulate_accurately(simulator, p, timing=timing)
     if substeps < 1:

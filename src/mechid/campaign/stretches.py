@@ -21,7 +21,7 @@ from mechid.command import MeasuredCommand
 from mechid.parameter import Parameter
 from mechid.records import Record
 from mechid.signal.series import Series, stretch_of
-from mechid.signal.stored import is_long
+from mechid.signal.stored_series import is_long
 
 KEY = "stretch_s"
 LEAST = 64

@@ -16,14 +16,14 @@ from mechid.campaign.catalogue_values import CATALOGUES
 from mechid.campaign.channel_entry import MODELLED
 from mechid.campaign.mechanism_structure import ASSEMBLY
 from mechid.campaign.mechanism_text import mechanism_text
-from mechid.campaign.not_filled_in import EXAMPLE_COMMAND, TEMPLATE
 from mechid.campaign.place import in_unit
 from mechid.campaign.toml_file import toml_text
+from mechid.campaign.unfinished_template import EXAMPLE_COMMAND, TEMPLATE
 from mechid.command.entry import quote_words
 from mechid.command.stepping import STARTS, STEPPINGS
 from mechid.command.waveform import WAVEFORMS
 from mechid.errors import MechidError, UsageError, did_you_mean
-from mechid.holding import hold_folder
+from mechid.locks import hold_folder
 from mechid.parameter import Declaration
 from mechid.plant.drive import measured_quantities
 from mechid.plant.layout import STEPPER_GEAR_MASS
@@ -124,7 +124,7 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = (), assembly:
     }
     for path in texts:
         if path.exists():
-            raise UsageError(f"{path}: is there already; give another folder, or move it away")
+            raise UsageError(f"{path}: already exists; give another folder, or move it away")
     with hold_folder(folder), creating_folder(folder):
         for path, content in texts.items():
             write_atomically(path, content)

@@ -90,7 +90,7 @@ def _content(path: Path) -> str:
         beside = [other.name for other in path.parent.iterdir()] if is_folder(path.parent) else []
         near = did_you_mean(path.name, beside) or "; check the path"
         # Following the link fails like a missing file, so the message tells the difference.
-        near = "; it is a link that leads to nothing" if path.is_symlink() else near
+        near = "; it is a broken link" if path.is_symlink() else near
         raise InputFileError(f"{path}: there is no such file{near}") from error
     except OSError as error:
         reason = "it is a folder" if is_folder(path) else error.strerror

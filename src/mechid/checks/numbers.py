@@ -11,14 +11,14 @@ from mechid.campaign.campaign import START, is_start_name, key_in_record
 from mechid.campaign.prediction import time_base
 from mechid.command import MeasuredCommand
 from mechid.command.words import command_words
-from mechid.identification.output_error.identity import file_digests
+from mechid.identification.output_error.digests import file_digests
 from mechid.ink.digits import digits, plain
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.records import Channel, Record
 from mechid.records.channel_keys import channel_keys
 from mechid.signal.moments import extremes, mean, root_mean_square
-from mechid.signal.stored import is_long
+from mechid.signal.stored_series import is_long
 from mechid.simulation.simulator import TimeBase
 from mechid.units import unit_words
 
@@ -81,7 +81,7 @@ def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
         "start": [key_in_record(q.name).removeprefix(f"{START}.") for q in record.start if q.is_free],
         "burn_in_s": record.burn_in_s,
         "clock_ppm": record.timing.clock_ppm,
-        "test_stand": {key_in_record(q.name): q.value for q in record.replaced if not q.is_free},
+        "test_stand": {key_in_record(q.name): q.value for q in record.overrides if not q.is_free},
         **found,
     }
     return data | {"lines": _lines(data)}

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mechid.campaign import Campaign, load_campaign
+from mechid.display import DisplayedResult
 from mechid.identification.readings.detectors import declaration_warnings
 from mechid.identification.uncertainty.visibility import start_warnings
-from mechid.shown import Shown
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Understanding(Shown):
+class Understanding(DisplayedResult):
     """Result of a check: the campaign as interpreted, with warnings.
 
     Attributes

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from mechid.cli import ending
+from mechid.cli import termination
 
 __all__ = ["main"]
 
@@ -15,25 +15,25 @@ __all__ = ["main"]
 def main() -> None:
     """Run the command line; never returns."""
     try:
-        ending.listen_for_signals()
+        termination.listen_for_signals()
         # Imported here, so that Ctrl-C during the import is handled like any other.
         from mechid.cli import app
 
         app.main()
     except KeyboardInterrupt:
-        ending.say_interrupted()
-        if ending.is_interrupted():
-            ending.end(ending.INTERRUPTED)
-        sys.exit(ending.INTERRUPTED)
+        termination.say_interrupted()
+        if termination.is_interrupted():
+            termination.end(termination.INTERRUPTED)
+        sys.exit(termination.INTERRUPTED)
     except Exception:
-        if not ending.is_interrupted():
+        if not termination.is_interrupted():
             raise
         # Python raises a different error if the interrupt falls into the creation of a class.
-        ending.say_interrupted()
-        ending.end(ending.INTERRUPTED)
+        termination.say_interrupted()
+        termination.end(termination.INTERRUPTED)
     except SystemExit as left:
-        if ending.is_interrupted():
-            ending.end(left.code if isinstance(left.code, int) else 0)
+        if termination.is_interrupted():
+            termination.end(left.code if isinstance(left.code, int) else 0)
         raise
     finally:
-        ending.finish()
+        termination.finish()

@@ -27,7 +27,7 @@ from mechid.cli.demo import demo
 from mechid.cli.design import design
 from mechid.cli.diagnose import diagnose
 from mechid.cli.emission import emission
-from mechid.cli.ending import INTERRUPTED, is_interrupted, say_interrupted
+from mechid.cli.environment import refuse_surroundings
 from mechid.cli.explore import explore
 from mechid.cli.export import export
 from mechid.cli.fleet import fleet
@@ -40,7 +40,7 @@ from mechid.cli.profile import profile
 from mechid.cli.report import report
 from mechid.cli.simulate import simulate
 from mechid.cli.standard_streams import NOBODY_READS, ReaderGoneError, prepare_streams
-from mechid.cli.surroundings import refuse_surroundings
+from mechid.cli.termination import INTERRUPTED, is_interrupted, say_interrupted
 from mechid.errors import DEBUG, MechidError, UsageError
 from mechid.writing import protect_read_files
 

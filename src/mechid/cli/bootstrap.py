@@ -24,10 +24,10 @@ def bootstrap(
 ) -> None:
     """Refit simulated records, and see how estimates scatter."""
     from mechid.bootstraps.run import bootstrap as bootstrapped
-    from mechid.cli.ending import advise
-    from mechid.cli.printed import print_result, show_progress
+    from mechid.cli.output import print_result, show_progress
+    from mechid.cli.termination import advise
     from mechid.fits.load import load_fit
-    from mechid.holding import hold_folder
+    from mechid.locks import hold_folder
 
     found = load_fit(fit, campaign)
     advise(f"what was worked out is in {out}: the same command with --resume goes on")

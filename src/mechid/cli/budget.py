@@ -18,8 +18,8 @@ def budget(
 ) -> None:
     """Predict the line of sight's error against requirements."""
     from mechid.budgets.run import budget as budgeted
-    from mechid.cli.printed import print_result, say
-    from mechid.holding import hold_folder
+    from mechid.cli.output import print_result, say
+    from mechid.locks import hold_folder
 
     with hold_folder(out), on_scheduler(scheduler):
         made = budgeted(file, workers=workers, say=say)

@@ -22,7 +22,7 @@ def check(
     from mechid.checks.data_file import file_document, file_numbers
     from mechid.checks.run import check as checked
     from mechid.cli.kernel_notice import prepare_kernels
-    from mechid.cli.printed import print_result
+    from mechid.cli.output import print_result
     from mechid.errors import UsageError
     from mechid.ink.console import console_on
     from mechid.ink.on_terminal import print_document

@@ -13,7 +13,7 @@ def compare(
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for comparison.json.")] = None,
 ) -> None:
     """Compare finished fits of the same records."""
-    from mechid.cli.printed import print_result
+    from mechid.cli.output import print_result
     from mechid.comparisons.run import compare as compared
 
     print_result(compared(*fits), out)

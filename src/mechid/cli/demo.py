@@ -19,8 +19,8 @@ def demo(
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernel
     from mechid.demos.run import make_bench
-    from mechid.holding import hold_folder
     from mechid.identification.run import IdentifyRun
+    from mechid.locks import hold_folder
     from mechid.reports.files import PAGE_NAME
 
     refuse_measured_campaign(out)

@@ -31,12 +31,12 @@ def design(
 ) -> None:
     """Choose the records of the next test, and rate step loss."""
     from mechid.campaign import load_campaign
-    from mechid.cli.printed import print_result, say
+    from mechid.cli.output import print_result, say
     from mechid.designs.diagnosis_file import read_diagnosed
     from mechid.designs.proposal import refuse_own_folder
     from mechid.designs.run import design as designed
     from mechid.errors import UsageError
-    from mechid.holding import hold_folder
+    from mechid.locks import hold_folder
 
     loaded = load_campaign(campaign, read_records=False)
     refuse_own_folder(loaded.path, out)

@@ -22,10 +22,10 @@ def diagnose(
     scheduler: Scheduler = None,
 ) -> None:
     """Say which effects the mechanism file lacks, and propose a file that has them."""
-    from mechid.cli.printed import print_result, show_progress
+    from mechid.cli.output import print_result, show_progress
     from mechid.diagnoses.run import diagnose as diagnosed
     from mechid.fits.load import load_fit
-    from mechid.holding import hold_folder
+    from mechid.locks import hold_folder
 
     finished = load_fit(fit, campaign)
     with hold_folder(out):

@@ -18,10 +18,10 @@ def emission(
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 5 where a verdict is not a pass.")] = False,
 ) -> None:
     """Judge the emission at the interface against its specification, from records alone."""
-    from mechid.cli.printed import print_result
+    from mechid.cli.output import print_result
     from mechid.emissions.run import emission as judged
     from mechid.errors import FitError
-    from mechid.holding import hold_folder
+    from mechid.locks import hold_folder
 
     with hold_folder(out):
         found = judged(campaign, requirements=requirements)

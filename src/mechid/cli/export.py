@@ -19,7 +19,7 @@ def export(
     ] = None,
 ) -> None:
     """Hand the identified mechanism on: to control design, simulation, flight software, structure."""
-    from mechid.cli.printed import print_result
+    from mechid.cli.output import print_result
     from mechid.exports.export import read_options, write_export
     from mechid.exports.handover import handover
     from mechid.exports.run import read_with_campaign

@@ -24,10 +24,10 @@ def fleet(
     ] = False,
 ) -> None:
     """Identify many campaigns, and say what differs, what changes and what stands off."""
-    from mechid.cli.printed import print_result, say
+    from mechid.cli.output import print_result, say
     from mechid.errors import FitError
     from mechid.fleets.run import fleet as together
-    from mechid.holding import hold_folder
+    from mechid.locks import hold_folder
 
     with hold_folder(out):
         with on_scheduler(scheduler):

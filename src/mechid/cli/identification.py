@@ -7,8 +7,8 @@ from pathlib import Path
 import typer
 
 from mechid.campaign import Campaign
-from mechid.cli.ending import INTERRUPTED, advise, say_interrupted
-from mechid.cli.printed import say, show_progress
+from mechid.cli.output import say, show_progress
+from mechid.cli.termination import INTERRUPTED, advise, say_interrupted
 from mechid.errors import FitError
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome, grade_words

@@ -25,8 +25,8 @@ def identify(
     from mechid.campaign import load_campaign
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernels
-    from mechid.holding import hold_folder
     from mechid.identification.run import IdentifyRun
+    from mechid.locks import hold_folder
 
     loaded = load_campaign(campaign)
     with hold_folder(out):

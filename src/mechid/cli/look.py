@@ -25,9 +25,9 @@ def look(
     unit: Annotated[str | None, typer.Option(help="Unit of the file's numbers, where the file states none.")] = None,
 ) -> None:
     """Look at records before any model: health, noise, lines, resonances, and how they seem to be driven."""
-    from mechid.cli.printed import print_result
+    from mechid.cli.output import print_result
     from mechid.errors import RecordError
-    from mechid.holding import hold_folder
+    from mechid.locks import hold_folder
     from mechid.looks.run import look as looked
 
     with hold_folder(out):

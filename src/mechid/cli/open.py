@@ -17,7 +17,7 @@ def open_index(
     ] = None,
 ) -> None:
     """Write index.html: a card for each result below a folder, what is out of date, links to all pages."""
-    from mechid.cli.printed import print_result
+    from mechid.cli.output import print_result
     from mechid.indexes.run import open_results
 
     print_result(open_results(folder, browser=sys.stdout.isatty() if browser is None else browser), None)

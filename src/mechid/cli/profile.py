@@ -22,10 +22,10 @@ def profile(
     resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
     """Profile the likelihood over a parameter, all others refitted."""
-    from mechid.cli.ending import advise
-    from mechid.cli.printed import print_result, show_progress
+    from mechid.cli.output import print_result, show_progress
+    from mechid.cli.termination import advise
     from mechid.fits.load import load_fit
-    from mechid.holding import hold_folder
+    from mechid.locks import hold_folder
     from mechid.profiles.run import profile as profiled
 
     found = load_fit(fit, campaign)

@@ -17,8 +17,8 @@ def report(
     """Make the report of an identification anew."""
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.fits.load import load_fit
-    from mechid.holding import hold_folder
     from mechid.ink.console import console_on, print_lines
+    from mechid.locks import hold_folder
     from mechid.reports.results import read_truth
     from mechid.reports.run import report as reported
 

@@ -25,9 +25,9 @@ def simulate(
     from mechid.campaign.prediction import time_base_warnings
     from mechid.campaign.trajectory_file import refuse_measured
     from mechid.cli.kernel_notice import prepare_kernel
-    from mechid.cli.printed import print_result
-    from mechid.holding import hold_folder
+    from mechid.cli.output import print_result
     from mechid.ink.console import console_on, print_lines
+    from mechid.locks import hold_folder
     from mechid.simulations.run import simulate_campaign
 
     loaded = load_campaign(campaign, need_files=False)

@@ -147,7 +147,7 @@ class Command:
     @property
     def start_angle_rad(self) -> float:
         """Electrical angle in rad commanded at the start of a run: theta_0 plus the steps until then."""
-        return math.radians(self.start_angle_deg) + 0.5 * math.pi * self._begun_index / self.microsteps
+        return math.radians(self.start_angle_deg) + 0.5 * math.pi * self._first_index / self.microsteps
 
     @property
     def start_rate(self) -> float:
@@ -164,7 +164,7 @@ class Command:
         return replace(self, begun_s=max(begun_s, 0.0))
 
     @cached_property
-    def _begun_index(self) -> int:
+    def _first_index(self) -> int:
         """Step index held at the start of a run."""
         _, index = self._edges(self.begun_s)
         return int(index[-1]) if index.size else 0
@@ -186,7 +186,7 @@ class Command:
         for first in range(0, index.size, AT_ONCE):
             part = slice(first, first + AT_ONCE)
             values[part] = phase_voltages(index[part], self.microsteps, self.start_angle_deg, self.waveform)
-        start = np.array([self._begun_index])
+        start = np.array([self._first_index])
         initial = phase_voltages(start, self.microsteps, self.start_angle_deg, self.waveform)[0]
         return Excitation(initial=initial, times=times, values=values)
 

@@ -50,7 +50,7 @@ def _score(hypothesis: Hypothesis, score: Score, best: Mapping[str, float]) -> d
         **asdict(score),
         "text": {
             "free": str(score.free),
-            "counted": str(score.counted),
+            "counted": str(score.fitted_count),
             **{key: digits(getattr(score, key) - least, 4) for key, least in best.items()},
         },
     }

@@ -9,8 +9,8 @@ from pathlib import Path
 from mechid.budgets.example import write_example
 from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.bench import TRUTH, refuse_measured_campaign, write_bench
-from mechid.holding import hold_folder
 from mechid.identification.computation.progress import Listener
+from mechid.locks import hold_folder
 from mechid.reports.into_folder import Identified
 from mechid.reports.run import identify_into
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from mechid.designs.diagnosis_file import Diagnosed
+from mechid.designs.diagnosis_file import DiagnosedEffects
 from mechid.designs.settings import DESIGN
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.candidate import CandidateModel
 from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.effects.settings import IN_DIAGNOSIS
 from mechid.identification.refit.rebuild import refuse_changed_files
@@ -27,12 +27,12 @@ class Group:
     ----------
     names : tuple of str
         Effect named by the diagnosis, followed by its aliases.
-    models : tuple of Model
+    models : tuple of CandidateModel
         Mechanism with each of them, and with all other effects of the diagnosis, at its optimum.
     """
 
     names: tuple[str, ...]
-    models: tuple[Model, ...]
+    models: tuple[CandidateModel, ...]
 
     @property
     def undecided(self) -> Group:
@@ -48,7 +48,7 @@ class Group:
 
 def rival_groups(
     fit: Fit,
-    diagnosis: Diagnosed,
+    diagnosis: DiagnosedEffects,
     *,
     workers: int = 1,
     say: Callable[[str], None] = lambda line: None,
@@ -59,7 +59,7 @@ def rival_groups(
     ----------
     fit : Fit
         Holds its campaign with the records read.
-    diagnosis : Diagnosed
+    diagnosis : DiagnosedEffects
         Diagnosis of that fit.
     workers : int
         Number of threads.
@@ -80,7 +80,7 @@ def rival_groups(
 
 def _fitted_groups(
     fit: Fit,
-    diagnosis: Diagnosed,
+    diagnosis: DiagnosedEffects,
     workers: int,
     say: Callable[[str], None],
 ) -> tuple[Group, ...]:
@@ -104,20 +104,20 @@ def _fitted_groups(
     return tuple(groups)
 
 
-def refit_from_best(models: Sequence[Model]) -> tuple[Model, ...]:
+def refit_from_best(models: Sequence[CandidateModel]) -> tuple[CandidateModel, ...]:
     """Refit alternatives from the best of them as well, since one may have stopped in a local minimum."""
     best = min(models, key=lambda model: model.cost)
     again = (model if model is best else model.fit(best) for model in models)
     return tuple(min(one, other, key=lambda model: model.cost) for one, other in zip(models, again, strict=True))
 
 
-def _mismatch_error(diagnosis: Diagnosed, why: str) -> InputFileError:
+def _mismatch_error(diagnosis: DiagnosedEffects, why: str) -> InputFileError:
     return InputFileError(
         f"{diagnosis.path}: belongs to another campaign or fit: {why}; run mechid diagnose on this fit"
     )
 
 
-def _diagnosed_model(plain: Model, diagnosis: Diagnosed) -> Model:
+def _diagnosed_model(plain: CandidateModel, diagnosis: DiagnosedEffects) -> CandidateModel:
     """Return the mechanism with all effects of a diagnosis, at its values."""
     assert diagnosis.mechanism is not None
     model = plain
@@ -135,7 +135,7 @@ def _diagnosed_model(plain: Model, diagnosis: Diagnosed) -> Model:
     return model.at({**values, **in_library, **of_records})
 
 
-def _entries(model: Model, proposed: Mechanism) -> dict[str, str]:
+def _entries(model: CandidateModel, proposed: Mechanism) -> dict[str, str]:
     """Return the name in the proposed file of each parameter of the model's terms, where each term stands alone."""
     alone = superset_of(model.base, only=model.terms, further=model.further) if model.terms else None
     if alone is None or model.library is None:
@@ -147,7 +147,7 @@ def _entries(model: Model, proposed: Mechanism) -> dict[str, str]:
     return pairs
 
 
-def _add_effect(diagnosis: Diagnosed, model: Model, effect: str) -> Model:
+def _add_effect(diagnosis: DiagnosedEffects, model: CandidateModel, effect: str) -> CandidateModel:
     """Return a model with an additional effect, not fitted."""
     if model.library and effect in {t.name for t in model.library.terms}:
         return replace(model, terms=(*model.terms, effect))
@@ -161,7 +161,7 @@ def _add_effect(diagnosis: Diagnosed, model: Model, effect: str) -> Model:
     return replace(model, base=law.mechanism, laws=(*model.laws, law.name))
 
 
-def _replace_effect(diagnosis: Diagnosed, model: Model, effect: str, alias: str) -> Model:
+def _replace_effect(diagnosis: DiagnosedEffects, model: CandidateModel, effect: str, alias: str) -> CandidateModel:
     """Return a fitted model with another effect in place of one of its terms or disturbances."""
     terms, others = (tuple(n for n in names if n != effect) for names in (model.terms, model.disturbances))
     return _add_effect(diagnosis, replace(model, terms=terms, disturbances=others), alias).fit(model)

@@ -21,31 +21,31 @@ from mechid.designs.group_separation import Separation, separation
 from mechid.designs.information import informations
 from mechid.designs.loss_table import LossRow, loss_table
 from mechid.designs.planned_record import PlannedRecord, planned_records
+from mechid.designs.prior_knowledge import PriorKnowledge, after_fit, before_test
 from mechid.designs.rate_map import RateMap, rate_map
 from mechid.designs.record_set import RecordSet, errors_by_record, record_set
 from mechid.designs.screening import Screening, screen
 from mechid.designs.selection import Choice, Pool, select
 from mechid.designs.settings import DESIGN
-from mechid.designs.standpoint import Standpoint, after_fit, before_test
 from mechid.designs.step_loss import Margins, is_stepper, margins
 from mechid.designs.trust import departing_share
+from mechid.display import DisplayedResult
 from mechid.errors import FitError, UsageError, did_you_mean
 from mechid.identification.computation.parallel import map_tasks, one_core_algebra
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.fit import Optimum
 from mechid.plant.mechanism import Mechanism
-from mechid.shown import Shown
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design(Shown):
+class Design(DisplayedResult):
     """Result of `mechid design`.
 
     Attributes
     ----------
     campaign : Campaign
     options : DesignOptions
-    standpoint : Standpoint
+    knowledge : PriorKnowledge
     planned : RecordSet
         The campaign's own records; after a fit no new records, only present knowledge.
     chosen : RecordSet
@@ -74,7 +74,7 @@ class Design(Shown):
 
     campaign: Campaign
     options: DesignOptions
-    standpoint: Standpoint
+    knowledge: PriorKnowledge
     planned: RecordSet
     chosen: RecordSet
     trail: tuple[float, ...]
@@ -94,13 +94,13 @@ class Design(Shown):
     def total_s(self) -> float:
         """Available test time, s."""
         return self.options.limits.total_s or (
-            DESIGN.next_s if self.standpoint.known is not None else self.planned.seconds
+            DESIGN.next_s if self.knowledge.known is not None else self.planned.seconds
         )
 
     @property
     def mechanism(self) -> Mechanism:
         """Mechanism at the assumed values."""
-        return self.standpoint.space.mechanism
+        return self.knowledge.space.mechanism
 
 
 def make_design(
@@ -156,7 +156,7 @@ class _DesignBuilder:
         self,
         campaign: Campaign,
         options: DesignOptions,
-        here: Standpoint,
+        here: PriorKnowledge,
         rivals: Sequence[Group],
         workers: int,
         say: Callable[[str], None],
@@ -194,7 +194,7 @@ class _DesignBuilder:
         return Design(
             campaign=self.campaign,
             options=self.options,
-            standpoint=self.here,
+            knowledge=self.here,
             planned=self._set([pool[k] for k in planned], expected_information[:, planned], criterion),
             chosen=self._set(_number_duplicates(chosen), expected_information[:, list(choice.chosen)], criterion),
             trail=choice.trail,

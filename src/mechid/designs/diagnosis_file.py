@@ -8,12 +8,12 @@ from pathlib import Path
 from mechid.campaign.mechanism_file import load_mechanism
 from mechid.identification.effects.disturbance import MAINS_PREFIX
 from mechid.identification.result.diagnosis_file import FILE_NAME, PROPOSED_NAME, read_diagnosis
-from mechid.identification.result.missing import Missing
+from mechid.identification.result.missing_effects import Missing
 from mechid.plant.mechanism import Mechanism
 
 
 @dataclass(frozen=True, eq=False)
-class Diagnosed:
+class DiagnosedEffects:
     """Result of a diagnosis as a design needs it.
 
     Attributes
@@ -39,7 +39,7 @@ class Diagnosed:
         return tuple(effect for effect in self.effects if effect.aliases)
 
 
-def read_diagnosed(folder: Path | str) -> Diagnosed:
+def read_diagnosed(folder: Path | str) -> DiagnosedEffects:
     """Read a folder of ``mechid diagnose``.
 
     Raises
@@ -51,4 +51,4 @@ def read_diagnosed(folder: Path | str) -> Diagnosed:
     content = read_diagnosis(path)
     effects = tuple(one for one in content["missing"] if not one.name.startswith(MAINS_PREFIX))
     mechanism = load_mechanism(path.parent / PROPOSED_NAME) if effects else None
-    return Diagnosed(path, effects, content["over_noise"]["with_effects"], mechanism)
+    return DiagnosedEffects(path, effects, content["over_noise"]["with_effects"], mechanism)

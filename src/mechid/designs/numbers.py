@@ -33,9 +33,9 @@ def design_numbers(design: Design) -> dict[str, Any]:
         "format": FORMAT,
         "provenance": provenance_of_fits(*filter(None, [design.fit_digest])),
         "campaign": str(design.campaign.path),
-        "after_fit": design.standpoint.known is not None,
-        "synthetic": design.standpoint.known is not None and design.campaign.synthetic,
-        "mechanisms": len(design.standpoint.points),
+        "after_fit": design.knowledge.known is not None,
+        "synthetic": design.knowledge.known is not None and design.campaign.synthetic,
+        "mechanisms": len(design.knowledge.points),
         "criterion": {"kind": kind, "over": options.over, "is_parameter": kind not in KINDS},
         "limits": {
             "total_s": design.total_s,
@@ -161,8 +161,8 @@ def _parameters(design: Design) -> list[dict[str, Any]]:
 
 def _size(design: Design, name: str) -> float:
     """Return the root mean square of a parameter over the possible mechanisms."""
-    space = design.standpoint.space
-    values = [space.values(q)[name] for q in design.standpoint.points]
+    space = design.knowledge.space
+    values = [space.values(q)[name] for q in design.knowledge.points]
     return math.sqrt(sum(v**2 for v in values) / len(values))
 
 

@@ -109,7 +109,7 @@ def predicted_errors(problem: Problem, q: FloatArray, before: FloatArray | None 
 
 def _values(problem: Problem, q: FloatArray, names: Sequence[str]) -> FloatArray:
     at = problem.coordinates
-    own = dict(zip(at.own_names, at.of_records(q).tolist(), strict=True))
+    own = dict(zip(at.record_parameter_names, at.of_records(q).tolist(), strict=True))
     found = problem.space.values(at.of_mechanism(q)) | own
     return np.array([found[name] for name in names])
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from mechid.campaign.in_files import command_text
+from mechid.campaign.campaign_writer import command_text
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.campaign.toml_file import toml_number, toml_text

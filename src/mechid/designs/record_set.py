@@ -11,7 +11,7 @@ from mechid.arrays import FloatArray
 from mechid.designs.criterion import Criterion
 from mechid.designs.planned_record import PlannedRecord
 from mechid.designs.prediction import PredictedErrors, planned_problem, predicted_errors
-from mechid.designs.standpoint import Standpoint
+from mechid.designs.prior_knowledge import PriorKnowledge
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class RecordSet:
 
 
 def record_set(
-    here: Standpoint,
+    here: PriorKnowledge,
     records: Sequence[PlannedRecord],
     information: FloatArray,
     criterion: Criterion,
@@ -51,10 +51,10 @@ def record_set(
 
     Parameters
     ----------
-    here : Standpoint
+    here : PriorKnowledge
     records : sequence of PlannedRecord
     information : (points, records, n, n)
-        Of each record at each mechanism of the standpoint.
+        Of each record at each possible mechanism of the prior knowledge.
     criterion : Criterion
     between_s : float
         Additional test time per record, s.
@@ -76,34 +76,34 @@ def record_set(
     )
 
 
-def _errors(here: Standpoint, records: Sequence[PlannedRecord], workers: int) -> PredictedErrors:
+def _errors(here: PriorKnowledge, records: Sequence[PlannedRecord], workers: int) -> PredictedErrors:
     problem = planned_problem(here.space, records, priors=here.priors, workers=workers)
     own = problem.start[here.space.size :]
     return predicted_errors(problem, np.concatenate([here.points[0], own]), here.known)
 
 
-def errors_by_record(here: Standpoint, information: FloatArray) -> dict[str, tuple[float, ...]]:
+def errors_by_record(here: PriorKnowledge, information: FloatArray) -> dict[str, tuple[float, ...]]:
     """Return the median standard error of each parameter before the first record and after each one.
 
     Parameters
     ----------
-    here : Standpoint
+    here : PriorKnowledge
     information : (points, records, n, n)
-        Of each record at each mechanism of the standpoint, in the order of the test.
+        Of each record at each possible mechanism of the prior knowledge, in the order of the test.
     """
     before = np.broadcast_to(here.before, (len(here.points), 1, *here.before.shape))
     names, errors = _standard_errors(here, np.cumsum(np.concatenate([before, information], axis=1), axis=1))
     return dict(zip(names, map(tuple, np.median(errors, axis=0).T.tolist()), strict=True))
 
 
-def _spread(here: Standpoint, total: FloatArray) -> dict[str, tuple[float, float]]:
+def _spread(here: PriorKnowledge, total: FloatArray) -> dict[str, tuple[float, float]]:
     """Return median and 90 % quantile of each parameter's standard error over the mechanisms."""
     names, errors = _standard_errors(here, total[:, None])
     middle, high = np.quantile(errors[:, 0], (0.5, 0.9), axis=0)
     return {name: (float(a), float(b)) for name, a, b in zip(names, middle, high, strict=True)}
 
 
-def _standard_errors(here: Standpoint, information: FloatArray) -> tuple[Sequence[str], FloatArray]:
+def _standard_errors(here: PriorKnowledge, information: FloatArray) -> tuple[Sequence[str], FloatArray]:
     """Return the parameters and their standard errors, (points, k, parameters), of informations (points, k, n, n)."""
     rows = []
     for q, of_point in zip(here.points, information, strict=True):

@@ -12,7 +12,7 @@ from mechid.campaign import Campaign
 from mechid.designs.alternatives import Group, rival_groups
 from mechid.designs.design import Design, make_design
 from mechid.designs.design_file import DesignOptions, options_for, read_design_file
-from mechid.designs.diagnosis_file import Diagnosed, read_diagnosed
+from mechid.designs.diagnosis_file import DiagnosedEffects, read_diagnosed
 from mechid.errors import UsageError
 from mechid.fits.load import fit_from, load_fit
 from mechid.identification.computation.workforce import working_on
@@ -25,7 +25,7 @@ def design(
     options: DesignOptions | Path | str | None = None,
     *,
     fit: Fit | Path | str | None = None,
-    diagnosis: Path | str | Diagnosed | None = None,
+    diagnosis: Path | str | DiagnosedEffects | None = None,
     criterion: str | None = None,
     total_s: float | None = None,
     workers: int | None = None,
@@ -44,7 +44,7 @@ def design(
     fit : Fit, Path or None
         Fit of the campaign, or its result folder, to choose further measurements. A fit in memory without a campaign is
         taken as one of this campaign, with its records read.
-    diagnosis : Path, Diagnosed or None
+    diagnosis : Path, DiagnosedEffects or None
         Result folder of a diagnosis of that fit, or its content: records that separate its alternative effects come
         first.
     criterion : str or None
@@ -107,10 +107,12 @@ def _options(campaign: Campaign, options: DesignOptions | Path | str | None) -> 
     return options_for(campaign.path) if options is None else read_design_file(options)
 
 
-def _read_diagnosis(source: Path | str | Diagnosed | None, tell: Callable[[str], None]) -> Diagnosed | None:
+def _read_diagnosis(
+    source: Path | str | DiagnosedEffects | None, tell: Callable[[str], None]
+) -> DiagnosedEffects | None:
     if source is None:
         return None
-    found = source if isinstance(source, Diagnosed) else read_diagnosed(source)
+    found = source if isinstance(source, DiagnosedEffects) else read_diagnosed(source)
     if not found.groups:
         tell(f"{found.path}: names no rival effects, so there is nothing to tell apart; the design is the usual one")
     return found

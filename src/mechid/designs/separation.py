@@ -22,7 +22,7 @@ from mechid.designs.alternatives import Group
 from mechid.designs.planned_record import PlannedRecord
 from mechid.designs.settings import DESIGN
 from mechid.identification.computation.parallel import map_tasks
-from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.candidate import CandidateModel
 from mechid.identification.effects.campaign_disturbances import possible_disturbances
 from mechid.identification.effects.disturbance import with_disturbances
 from mechid.identification.effects.settings import IN_DIAGNOSIS
@@ -98,23 +98,23 @@ def pairs_of(campaign: Campaign, group: Group, records: Sequence[PlannedRecord],
     return pairs
 
 
-def _known_jacobian(model: Model) -> FloatArray:
+def _known_jacobian(model: CandidateModel) -> FloatArray:
     J = model.problem.joint(model.q, model.setting.windows).jacobian
     return np.asarray(J[:, _is_inside_bounds(model)])
 
 
-def _is_inside_bounds(model: Model) -> BoolArray:
+def _is_inside_bounds(model: CandidateModel) -> BoolArray:
     return np.asarray(~model.problem.coordinates.on_bound(model.q))
 
 
 def predicted_torque(
-    campaign: Campaign, model: Model, records: Sequence[PlannedRecord], workers: int
+    campaign: Campaign, model: CandidateModel, records: Sequence[PlannedRecord], workers: int
 ) -> list[FloatArray]:
     """Return the torque of a model in each record, (samples,), NaN if it cannot be simulated."""
     return map_tasks(partial(_predict, campaign, model), records, workers)
 
 
-def _predict(campaign: Campaign, model: Model, record: PlannedRecord) -> FloatArray:
+def _predict(campaign: Campaign, model: CandidateModel, record: PlannedRecord) -> FloatArray:
     problem = with_records(campaign, model, [record])
     target = problem.targets[-1]
     (torque,) = problem.model.predict(target, transfer_values(model.problem, model.q, problem), target.samples)
@@ -122,13 +122,17 @@ def _predict(campaign: Campaign, model: Model, record: PlannedRecord) -> FloatAr
 
 
 def _rows_of_records(
-    campaign: Campaign, model: Model, records: Sequence[PlannedRecord], torques: Sequence[FloatArray], workers: int
+    campaign: Campaign,
+    model: CandidateModel,
+    records: Sequence[PlannedRecord],
+    torques: Sequence[FloatArray],
+    workers: int,
 ) -> list[FloatArray]:
     """Return the residual of a model on each record, and its derivatives with respect to the adjusted parameters."""
     return map_tasks(partial(_record_rows, campaign, model), list(zip(records, torques, strict=True)), workers)
 
 
-def _record_rows(campaign: Campaign, model: Model, task: tuple[PlannedRecord, FloatArray]) -> FloatArray:
+def _record_rows(campaign: Campaign, model: CandidateModel, task: tuple[PlannedRecord, FloatArray]) -> FloatArray:
     record, torque = task
     problem = with_records(campaign, model, [record])
     there = with_measured(problem.targets[-1], torque)
@@ -139,7 +143,7 @@ def _record_rows(campaign: Campaign, model: Model, task: tuple[PlannedRecord, Fl
     return without_own(rows, problem, model, q)[:, np.concatenate([[True], _is_inside_bounds(model)])]
 
 
-def with_records(campaign: Campaign, model: Model, records: Sequence[PlannedRecord]) -> Problem:
+def with_records(campaign: Campaign, model: CandidateModel, records: Sequence[PlannedRecord]) -> Problem:
     """Return the problem of a model with further records, the last of its targets.
 
     They get the per-record parameters that the model's disturbances give every record, and a new name if a record of
@@ -157,10 +161,10 @@ def with_records(campaign: Campaign, model: Model, records: Sequence[PlannedReco
     return replace(problem, targets=(*model.problem.targets, *problem.targets))
 
 
-def without_own(rows: FloatArray, problem: Problem, model: Model, q: FloatArray) -> FloatArray:
+def without_own(rows: FloatArray, problem: Problem, model: CandidateModel, q: FloatArray) -> FloatArray:
     """Return residual and derivatives, (k, 1 + n), for the model's coordinates, per-record parameters eliminated."""
-    size, own = problem.space.size, list(problem.coordinates.own_names)
-    kept = [*range(size), *(size + own.index(name) for name in model.problem.coordinates.own_names)]
+    size, own = problem.space.size, list(problem.coordinates.record_parameter_names)
+    kept = [*range(size), *(size + own.index(name) for name in model.problem.coordinates.record_parameter_names)]
     new = [j for j in range(problem.size) if j not in kept]
     if not np.all(np.isfinite(rows)):
         return np.full((1, 1 + len(kept)), np.nan)
@@ -174,7 +178,7 @@ def without_own(rows: FloatArray, problem: Problem, model: Model, q: FloatArray)
 
 
 def refit(
-    campaign: Campaign, model: Model, records: Sequence[PlannedRecord], torques: Sequence[FloatArray]
+    campaign: Campaign, model: CandidateModel, records: Sequence[PlannedRecord], torques: Sequence[FloatArray]
 ) -> tuple[float, list[FloatArray]]:
     """Return the cost of a model fitted to the existing records and to further torques.
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from mechid.campaign.mechanism_text import mechanism_text
-from mechid.diagnoses.effects_shown import own_table
+from mechid.diagnoses.effect_rows import own_table
 from mechid.diagnoses.figures import diagnosis_figures
 from mechid.diagnoses.numbers import BANDS, LINES, diagnosis_numbers, plain_numbers
 from mechid.diagnoses.path import MEANING, path_table

@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from mechid.identification.diagnosis.pictures import Pictures, ResidualSpectra, Stretch
+from mechid.identification.diagnosis.figure_data import FigureData, ResidualSpectra, Stretch
 from mechid.ink.extremes import reduce_to_extremes
 from mechid.ink.figures import LEFT_IN, RIGHT_IN, STYLE, WIDTH_IN, Drawing, in_powers, make_figure, over_time
 from mechid.ink.palette import EFFECT, INK, MEASURED, MODELLED, NOISE, series
@@ -48,14 +48,14 @@ def hertz(frequency: float) -> str:
     return f"{float(f'{frequency:.3g}'):g}"
 
 
-def diagnosis_figures(pictures: Pictures) -> Iterator[tuple[str, Figure]]:
+def diagnosis_figures(pictures: FigureData) -> Iterator[tuple[str, Figure]]:
     """Yield named figures."""
     for name, height, draw in _drawings(pictures):
         with mpl.rc_context(STYLE), np.errstate(all="ignore"):
             yield name, make_figure(draw, height)
 
 
-def _drawings(pictures: Pictures) -> Iterator[tuple[str, float, Drawing]]:
+def _drawings(pictures: FigureData) -> Iterator[tuple[str, float, Drawing]]:
     for one in pictures.spectra:
         acts = {name: own[one.record].frequencies_hz for name, own in pictures.acts.items()}
         yield spectrum_name(one.record), 3.0, partial(_spectra, one, acts)

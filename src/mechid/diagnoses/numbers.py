@@ -8,11 +8,11 @@ from dataclasses import asdict
 from typing import Any
 
 from mechid.analysis.preference import LEVELS, ComparisonOutcome
-from mechid.diagnoses.effects_shown import missing_data
+from mechid.diagnoses.effect_rows import missing_data
 from mechid.diagnoses.figures import STRETCH_NAME, hertz, spectrum_name
 from mechid.diagnoses.path import path_rows
 from mechid.identification.diagnosis.diagnosis import Diagnosis
-from mechid.identification.diagnosis.pictures import Pictures
+from mechid.identification.diagnosis.figure_data import FigureData
 from mechid.identification.diagnosis.proposal import HeldOut
 from mechid.identification.result.diagnosis_file import FORMAT
 from mechid.identification.result.estimate_file import provenance_of_fits
@@ -50,7 +50,7 @@ def plain_numbers(data: Mapping[str, Any]) -> dict[str, Any]:
     return {**{k: v for k, v in data.items() if k not in ("path", "drawn")}, "missing": missing}
 
 
-def _entry(data: dict[str, Any], pictures: Pictures) -> dict[str, Any]:
+def _entry(data: dict[str, Any], pictures: FigureData) -> dict[str, Any]:
     acts = pictures.acts.get(data["name"], {})
     places = [_place(record, acts[record]) for record in data["records"] if record in acts]
     texts = {"records": ", ".join(data["records"]), "aliases": ", ".join(data["aliases"])}
@@ -70,7 +70,7 @@ def _place(record: str, found: StrongestParts) -> dict[str, Any]:
     return {"record": record, "frequencies_hz": list(found.frequencies_hz), "kind": kind, "text": text}
 
 
-def _figure_names(pictures: Pictures) -> dict[str, Any]:
+def _figure_names(pictures: FigureData) -> dict[str, Any]:
     """Return the names of figures by record."""
     stretch = pictures.stretch
     return {

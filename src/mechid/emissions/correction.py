@@ -21,7 +21,7 @@ from mechid.emissions.settings import BENCH
 from mechid.emissions.table_response import SIX, TableResponse
 from mechid.signal.continuation import TRAINED, continue_series
 from mechid.signal.series import Series, blocks
-from mechid.signal.stored import WritableSeries, allocate_series
+from mechid.signal.stored_series import WritableSeries, allocate_series
 
 LEAST_TAPS, MOST_TAPS = 64, 2**17
 COUPLED = 1e-9

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from mechid.campaign.bench_entry import read_bench
 from mechid.campaign.campaign import CampaignRecord
+from mechid.campaign.campaign_builder import KEYS
 from mechid.campaign.campaign_file import find_campaign_file, is_synthetic
-from mechid.campaign.joined_campaign import KEYS
 from mechid.campaign.place import Place, refuse_unknown_keys
 from mechid.campaign.record_entry import read_records
 from mechid.campaign.record_tables import merge_tables

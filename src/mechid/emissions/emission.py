@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mechid.arrays import FloatArray
+from mechid.display import DisplayedResult
 from mechid.emissions.trust import BenchUse
-from mechid.shown import Shown
 from mechid.specification.requirement import Requirement
 from mechid.specification.verdict import Judged, Verdict
 
@@ -84,7 +84,7 @@ class SourceFile:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Emission(Shown):
+class Emission(DisplayedResult):
     """Emission of a campaign against its requirements.
 
     Attributes

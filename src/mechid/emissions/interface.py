@@ -18,7 +18,7 @@ from mechid.errors import RecordError
 from mechid.records import Mounting, Record, move_to_mounting_point
 from mechid.records.components import COMPONENTS
 from mechid.signal.series import Series
-from mechid.signal.stored import map_samples
+from mechid.signal.stored_series import map_samples
 
 
 @dataclass(frozen=True, eq=False)

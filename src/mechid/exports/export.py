@@ -11,14 +11,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from mechid.display import DisplayedResult
 from mechid.errors import UsageError, did_you_mean
 from mechid.exports.document import PAGES, PRESENTER, export_numbers
 from mechid.exports.handover import Handover
 from mechid.exports.stand import describe_mechanism
-from mechid.holding import hold_folder
 from mechid.identification.result.estimate_file import json_text
+from mechid.locks import hold_folder
 from mechid.reading.whole import read_text
-from mechid.shown import Shown
 from mechid.writing import creating_folder, refuse_input_file, staging_folder, write_atomically
 
 FORMAT = "mechid-export/1"
@@ -33,7 +33,7 @@ TARGETS: Mapping[str, str] = {
 
 
 @dataclass(frozen=True)
-class Checked:
+class Verification:
     """Comparison of the written files with the result of mechid.
 
     Attributes
@@ -50,31 +50,31 @@ class Checked:
 
 
 @dataclass(frozen=True)
-class Written:
+class TargetOutput:
     """Output of a target.
 
     Attributes
     ----------
     files : tuple of str
         Names of the files in the folder.
-    checked : Checked or None
+    checked : Verification or None
         None if nothing could be compared; `words` gives the reason.
     words : tuple of str
         Remarks for the user, on reliability and omissions.
     """
 
     files: tuple[str, ...]
-    checked: Checked | None
+    checked: Verification | None
     words: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, repr=False)
-class Exported(Shown):
+class Exported(DisplayedResult):
     """Result of an export: target, folder and written files."""
 
     target: str
     folder: Path
-    written: Written
+    written: TargetOutput
     provenance: Mapping[str, Any]
     earlier: tuple[str, ...] = ()
     """Files of earlier exports, of other targets, in the folder."""
@@ -105,7 +105,7 @@ def write_export(source: Handover, target: str, folder: Path, options: object = 
     module = import_module(TARGETS[target])
     chosen = _options(module, target, options)
     source = replace(source, stands=_which(source, chosen))
-    write: Callable[..., Written] = module.write_target
+    write: Callable[..., TargetOutput] = module.write_target
     with hold_folder(folder), creating_folder(folder), staging_folder(folder, "export") as beside:
         earlier = _earlier_files(folder)
         done = Exported(target, folder, write(source, beside, *chosen), source.provenance, earlier)

@@ -15,14 +15,14 @@ from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand
+from mechid.display import SYNTHETIC
 from mechid.errors import FitError
 from mechid.exports.stand import describe_mechanism
-from mechid.identification.result.as_fitted import error_covariance, refuse_failed
 from mechid.identification.result.estimate_file import DIGEST
+from mechid.identification.result.finished_fit import error_covariance, refuse_failed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.plant.mechanism import Mechanism
-from mechid.shown import SYNTHETIC
 from mechid.simulation.simulator import TimeBase
 
 NAME = "mechanism"

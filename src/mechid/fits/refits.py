@@ -13,7 +13,7 @@ from mechid.identification.computation.journal import Journal, digest
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.computation.workforce import working_on
-from mechid.identification.output_error.identity import campaign_digests
+from mechid.identification.output_error.digests import campaign_digests
 from mechid.identification.result.fit import Fit, Optimum
 from mechid.progress.listening import progress_listener
 

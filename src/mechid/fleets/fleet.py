@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+from mechid.display import DisplayedResult
 from mechid.errors import InputFileError
 from mechid.fleets.changes import Change, MeanChange, changes, mean_change
 from mechid.fleets.estimates import Estimate, estimate_of, is_of_interest
@@ -14,15 +15,14 @@ from mechid.fleets.groups import GroupDifference, group_difference
 from mechid.fleets.members import Members
 from mechid.fleets.observations import Observations, average_by_unit, collect_observations
 from mechid.fleets.outliers import Standing
-from mechid.fleets.significance import Tested, apply_fdr
+from mechid.fleets.significance import FdrResult, apply_fdr
 from mechid.fleets.spread import Spread, spread
 from mechid.fleets.trends import Trend, first_day, remove_trend, trend
-from mechid.fleets.unit_run import How, UnitRun, ignore, run_unit, task_of
-from mechid.holding import hold_folder
+from mechid.fleets.unit_run import EstimateOrigin, UnitRun, ignore, run_unit, task_of
 from mechid.identification.computation.parallel import Done, is_external, map_tasks
 from mechid.identification.computation.progress import Tell
 from mechid.identification.result.fit_file import read_numbers
-from mechid.shown import Shown
+from mechid.locks import hold_folder
 
 UNITS_NAME = "units"
 """Folder of the campaigns' own results."""
@@ -66,7 +66,7 @@ class FleetParameter:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Fleet(Shown):
+class Fleet(DisplayedResult):
     """Joint result of many campaigns.
 
     Attributes
@@ -79,7 +79,7 @@ class Fleet(Shown):
         None for a campaign without an estimate.
     parameters : tuple of FleetParameter
         Parameters that any campaign estimates or held, and known ones whose value differs between campaigns.
-    trends, groups, changes, mean_changes : tuple of Tested
+    trends, groups, changes, mean_changes : tuple of FdrResult
         Each is a separate family of tests.
     folder : Path
         Folder of the results of its campaigns.
@@ -89,10 +89,10 @@ class Fleet(Shown):
     runs: tuple[UnitRun, ...]
     estimates: tuple[Estimate | None, ...]
     parameters: tuple[FleetParameter, ...]
-    trends: tuple[Tested[Trend], ...]
-    groups: tuple[Tested[GroupDifference], ...]
-    changes: tuple[Tested[Change], ...]
-    mean_changes: tuple[Tested[MeanChange], ...]
+    trends: tuple[FdrResult[Trend], ...]
+    groups: tuple[FdrResult[GroupDifference], ...]
+    changes: tuple[FdrResult[Change], ...]
+    mean_changes: tuple[FdrResult[MeanChange], ...]
     folder: Path = Path()
 
     @property
@@ -157,12 +157,12 @@ def fleet_of(asked: Members, runs: Sequence[UnitRun]) -> Fleet:
 
 def _read(run: UnitRun) -> tuple[Estimate | None, UnitRun]:
     """Return the estimate that a run left; a read error is reported in the run."""
-    if run.how is How.NONE:
+    if run.how is EstimateOrigin.NONE:
         return None, run
     try:
         return estimate_of(read_numbers(run.folder)), run
     except InputFileError as error:
-        return None, UnitRun(how=How.NONE, folder=run.folder, said=str(error), seconds=run.seconds)
+        return None, UnitRun(how=EstimateOrigin.NONE, folder=run.folder, said=str(error), seconds=run.seconds)
 
 
 def _missing_by_parameter(asked: Members, estimates: Sequence[Estimate | None]) -> dict[str, tuple[str, ...]]:
@@ -173,7 +173,7 @@ def _missing_by_parameter(asked: Members, estimates: Sequence[Estimate | None]) 
     return {name: tuple(label for label, e in there if name not in e.values) for name in shown}
 
 
-def _clearest_trends(trends: Sequence[Tested[Trend]]) -> dict[str, Trend]:
+def _clearest_trends(trends: Sequence[FdrResult[Trend]]) -> dict[str, Trend]:
     """Return for each parameter the trend with the least p-value among those found."""
     # Descending p-values: the dictionary keeps the last entry of a name, the most significant one.
     found = sorted((one.result for one in trends if one.found), key=lambda t: -t.p_value)

@@ -192,7 +192,7 @@ def _refuse_twice(members: Sequence[Member], places: Sequence[Place]) -> None:
     for k, (member, place) in enumerate(zip(members, places, strict=True)):
         before = members[:k]
         if member.source.resolve() in {m.source.resolve() for m in before}:
-            raise place.key("folder").error(f"{member.source}: stands here twice; keep one")
+            raise place.key("folder").error(f"{member.source}: is listed twice; keep one")
         if member.label in {m.label for m in before}:
             raise place.key("label").error(f'"{member.label}" stands here twice; give each campaign its own label')
 

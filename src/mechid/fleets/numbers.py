@@ -16,9 +16,9 @@ from mechid.fleets.cautions import cautions
 from mechid.fleets.estimates import Estimate
 from mechid.fleets.fleet import Fleet, FleetParameter
 from mechid.fleets.members import Member
-from mechid.fleets.significance import Tested
+from mechid.fleets.significance import FdrResult
 from mechid.fleets.trends import Trend, first_day, numbers
-from mechid.fleets.unit_run import HOW_WORDS, UnitRun
+from mechid.fleets.unit_run import ORIGIN_WORDS, UnitRun
 from mechid.reports.files import PAGE_NAME
 from mechid.units import angle_difference
 
@@ -74,7 +74,7 @@ def _campaign(member: Member, run: UnitRun, estimate: Estimate | None, out: Path
         "report": has_report,
         "link": None if shown is None or not has_report else quote(f"{shown}/{PAGE_NAME}"),
         "how": str(run.how),
-        "how_words": HOW_WORDS[run.how],
+        "how_words": ORIGIN_WORDS[run.how],
         "said": run.said,
         "wall_time_s": run.seconds,
         "grade": None if estimate is None else str(estimate.grade),
@@ -163,7 +163,7 @@ def _reference(fleet: Fleet, found: Trend) -> dict[str, Any]:
     return {"reference": found.reference, "first_day": first.isoformat() if first else None}
 
 
-def _trend(fleet: Fleet, one: Tested[Trend]) -> dict[str, Any]:
+def _trend(fleet: Fleet, one: FdrResult[Trend]) -> dict[str, Any]:
     """Return a trend with its data points, the covariate as a number."""
     found = one.result
     o = next(p.observed for p in fleet.parameters if p.name == found.name)
@@ -181,6 +181,6 @@ def _trend(fleet: Fleet, one: Tested[Trend]) -> dict[str, Any]:
     }
 
 
-def _test_numbers(one: Tested[Any]) -> Mapping[str, Any]:
+def _test_numbers(one: FdrResult[Any]) -> Mapping[str, Any]:
     entries = {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(one.result).items()}
     return {**entries, "q": one.q, "found": one.found}

@@ -7,7 +7,7 @@ from pathlib import Path
 from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.computation.journal import VERSION, last_run, with_version
-from mechid.identification.output_error.identity import file_digests
+from mechid.identification.output_error.digests import file_digests
 from mechid.identification.result.fit_file import read_numbers
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME

@@ -37,7 +37,7 @@ def q_values(p_values: Sequence[float]) -> list[float]:
 
 
 @dataclass(frozen=True)
-class Tested(Generic[Result]):
+class FdrResult(Generic[Result]):
     """Result with the least false discovery rate at which it is a finding, and whether it is one."""
 
     result: Result
@@ -45,7 +45,9 @@ class Tested(Generic[Result]):
     found: bool
 
 
-def apply_fdr(results: Sequence[Result], rate: float, p_value: Callable[[Result], float]) -> tuple[Tested[Result], ...]:
+def apply_fdr(
+    results: Sequence[Result], rate: float, p_value: Callable[[Result], float]
+) -> tuple[FdrResult[Result], ...]:
     """Return the results of one family of tests with the findings at a rate."""
     q = q_values([p_value(one) for one in results])
-    return tuple(Tested(one, at, at <= rate) for one, at in zip(results, q, strict=True))
+    return tuple(FdrResult(one, at, at <= rate) for one, at in zip(results, q, strict=True))

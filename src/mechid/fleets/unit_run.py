@@ -14,10 +14,10 @@ from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.errors import MechidError
 from mechid.fleets.members import Member
 from mechid.fleets.resume_check import can_resume, changed_inputs
-from mechid.holding import hold_folder
 from mechid.identification.computation.progress import Listener, Progress, Tell
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.run import IdentifyRun
+from mechid.locks import hold_folder
 from mechid.reports.into_folder import Audience, identify_into_folder
 
 
@@ -26,8 +26,8 @@ def ignore(line: str) -> None:
     del line
 
 
-class How(StrEnum):
-    """Origin of a campaign's estimate; `HOW_WORDS` has the words."""
+class EstimateOrigin(StrEnum):
+    """Origin of a campaign's estimate; `ORIGIN_WORDS` has the words."""
 
     IDENTIFIED = "identified"
     RESUMED = "resumed"
@@ -37,13 +37,13 @@ class How(StrEnum):
     NONE = "none"
 
 
-HOW_WORDS = {
-    How.IDENTIFIED: "identified",
-    How.RESUMED: "resumed",
-    How.CHANGED: "identified anew",
-    How.TAKEN_UP: "taken up",
-    How.GIVEN: "given as a finished fit",
-    How.NONE: "no estimate",
+ORIGIN_WORDS = {
+    EstimateOrigin.IDENTIFIED: "identified",
+    EstimateOrigin.RESUMED: "resumed",
+    EstimateOrigin.CHANGED: "identified anew",
+    EstimateOrigin.TAKEN_UP: "taken up",
+    EstimateOrigin.GIVEN: "given as a finished fit",
+    EstimateOrigin.NONE: "no estimate",
 }
 
 
@@ -79,7 +79,7 @@ class UnitRun:
 
     Attributes
     ----------
-    how : How
+    how : EstimateOrigin
     folder : str
         Folder of estimate.json.
     said : str
@@ -88,7 +88,7 @@ class UnitRun:
         Wall time of this run.
     """
 
-    how: How
+    how: EstimateOrigin
     folder: str
     said: str = ""
     seconds: float = 0.0
@@ -96,7 +96,7 @@ class UnitRun:
     @property
     def words(self) -> str:
         """Summary in one line."""
-        return f"{HOW_WORDS[self.how]}{f' ({self.said})' if self.said else ''}, {self.seconds:.1f} s"
+        return f"{ORIGIN_WORDS[self.how]}{f' ({self.said})' if self.said else ''}, {self.seconds:.1f} s"
 
 
 def task_of(member: Member, out: Path, seed: int, workers: int | None, *, complete: bool, hold: str) -> UnitTask:
@@ -126,20 +126,20 @@ def run_unit(task: UnitTask, say: Tell = ignore) -> UnitRun:
     except Exception as error:
         # A failure of one campaign, of whatever kind, must not stop the others.
         kind = "" if isinstance(error, MechidError) else f"unexpected error, {type(error).__name__}: "
-        how, folder, said = How.NONE, task.folder, kind + " ".join(str(error).split())
+        how, folder, said = EstimateOrigin.NONE, task.folder, kind + " ".join(str(error).split())
     return UnitRun(how=how, folder=folder, said=said, seconds=time.perf_counter() - began)
 
 
-def _obtain_estimate(task: UnitTask, say: Tell) -> tuple[How, str, str]:
+def _obtain_estimate(task: UnitTask, say: Tell) -> tuple[EstimateOrigin, str, str]:
     """Return the origin of an estimate, its folder, and the changed inputs."""
     source, folder = Path(task.source), Path(task.folder)
     if source.is_dir() and not (source / CAMPAIGN_NAME).is_file():
-        return How.GIVEN, task.source, ""
+        return EstimateOrigin.GIVEN, task.source, ""
     campaign = load_campaign(source)
     own = source if source.is_dir() else source.parent
     changed = None
     # The fleet's own result comes first, so that repeated runs give the same folder.
-    for place, how in ((folder, How.TAKEN_UP), (own, How.GIVEN)):
+    for place, how in ((folder, EstimateOrigin.TAKEN_UP), (own, EstimateOrigin.GIVEN)):
         since = changed_inputs(campaign, place, task.seed, complete=task.complete)
         if since == ():
             return how, str(place), ""
@@ -150,8 +150,8 @@ def _obtain_estimate(task: UnitTask, say: Tell) -> tuple[How, str, str]:
         resumed = can_resume(campaign, folder, task.seed)
         _identify(campaign, task, say, resume=resumed)
     if changed is not None:
-        return How.CHANGED, task.folder, f"changed: {', '.join(changed)}"
-    return How.RESUMED if resumed else How.IDENTIFIED, task.folder, ""
+        return EstimateOrigin.CHANGED, task.folder, f"changed: {', '.join(changed)}"
+    return EstimateOrigin.RESUMED if resumed else EstimateOrigin.IDENTIFIED, task.folder, ""
 
 
 def _identify(campaign: Campaign, task: UnitTask, say: Tell, *, resume: bool) -> None:

@@ -18,7 +18,7 @@ from mechid.identification.grading import DIAGNOSE
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Cause, FitOutcome, Reason
-from mechid.identification.result.missing import AsWritten, Missing, OwnValue, missing_warning
+from mechid.identification.result.missing_effects import AsWritten, EffectValue, Missing, missing_warning
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.record_result import RecordFit
 from mechid.identification.result.search_state import SearchState
@@ -105,9 +105,9 @@ def _words(written: Mechanism, added: AddedTerms) -> dict[str, str]:
     return words | {term.name: term.words for term in (superset.terms if superset else ())}
 
 
-def _own_value(fit: Fit, name: str) -> OwnValue:
+def _own_value(fit: Fit, name: str) -> EffectValue:
     p = fit.parameters[name]
-    return OwnValue(value=p.value, std_error=p.std_error, unit=p.unit)
+    return EffectValue(value=p.value, std_error=p.std_error, unit=p.unit)
 
 
 def _cost_falls(state: SearchState, written: Mechanism, added: AddedTerms) -> tuple[dict[str, float], float]:

@@ -18,13 +18,13 @@ from mechid.identification.effects.mains import find_grid_hz
 from mechid.identification.grading import Evidence, grade_fit
 from mechid.identification.held_out_nuisance import fit_held_out_records
 from mechid.identification.output_error.declaration import DECLARED, reinterpret_campaign
-from mechid.identification.output_error.identity import file_digests
+from mechid.identification.output_error.digests import file_digests
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome
-from mechid.identification.result.missing import OwnValue, missing_entry, missing_warning
+from mechid.identification.result.missing_effects import EffectValue, missing_entry, missing_warning
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
@@ -81,7 +81,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float, 
         for r in campaign.records
         if r.data is not None
     }
-    values = {n: OwnValue(value=p.value, std_error=p.std_error, unit=p.unit) for n, p in parameters.items()}
+    values = {n: EffectValue(value=p.value, std_error=p.std_error, unit=p.unit) for n, p in parameters.items()}
     missing = tuple(missing_entry(found, values, records) for found in state.found)
     own = [*map(missing_warning, missing), *_warnings(parameters)]
     raised = raised_level_warnings(campaign, problem.targets, state.before_raised)

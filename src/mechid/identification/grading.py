@@ -240,7 +240,7 @@ def _search_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
     if fit.outcome is FitOutcome.NOT_CONVERGED and not fall <= GRADE.near_optimum * evidence.cost:
         text = f"{fit.outcome.value} The sum of squares could still fall by {_percent(fall, evidence.cost)}."
         yield Reason(cause=Cause.NOT_CONVERGED, text=text, next_command=again)
-    elif fit.outcome.stopped_short and fall > SEARCH.notable_fall:
+    elif fit.outcome.has_stopped_short and fall > SEARCH.notable_fall:
         text = (
             f"{fit.outcome.value} The predicted step that was not reached (a fall of the cost by {fall:.3g}) "
             f"is included in the standard errors.{_near_bounds(fit)}"

@@ -21,7 +21,7 @@ from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, is_time_offset, target_of
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome
-from mechid.identification.result.missing import OwnValue
+from mechid.identification.result.missing_effects import EffectValue
 from mechid.identification.result.record_fit import channel_noises, record_fit
 from mechid.identification.result.record_result import Nuisance, RecordFit
 from mechid.identification.result.search_state import SearchState
@@ -121,8 +121,8 @@ def _fit_first_part(record: CampaignRecord, fit: Fit, campaign: Campaign, state:
     else:
         q, errors = problem.start, np.full(q.size, np.nan)
     units = {p.name: p.declaration.unit for p in target.free_parameters}
-    named = zip(problem.coordinates.own_names, q.tolist(), errors.tolist(), strict=True)
-    own = {n: OwnValue(value=x, std_error=e if math.isfinite(e) else None, unit=units[n]) for n, x, e in named}
+    named = zip(problem.coordinates.record_parameter_names, q.tolist(), errors.tolist(), strict=True)
+    own = {n: EffectValue(value=x, std_error=e if math.isfinite(e) else None, unit=units[n]) for n, x, e in named}
     return Nuisance(samples=stop, until_s=target.base.start_s + stop * target.base.interval_s, parameters=own)
 
 

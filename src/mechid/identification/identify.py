@@ -38,11 +38,11 @@ from mechid.identification.stages.joint_fit import (
     joint_fit,
     warn_of_thresholds,
 )
-from mechid.identification.stages.kernels_ahead import LINE, KernelsAhead
+from mechid.identification.stages.kernel_precompilation import LINE, KernelsAhead
 from mechid.identification.stages.masked_growth import fit_followed_again
-from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import warn_of_short_horizons
+from mechid.identification.stages.user_stages import follow_stages
 from mechid.identification.stages.watch import Watch
 from mechid.identification.stages.whole_records import add_needed_effect
 from mechid.identification.uncertainty.draws import LowerPoint
@@ -184,14 +184,14 @@ def _follow_plan(
     watch: Watch, state: SearchState, campaign: Campaign, seed: int, near: Mapping[str, float] | None, *, patient: bool
 ) -> SearchState:
     """Run the standard plan: multi-start on the first moments, gated growth, joint fit, noise from the residuals."""
-    names = (*(p.name for p in campaign.mechanism.free), *state.problem.coordinates.own_names)
+    names = (*(p.name for p in campaign.mechanism.free), *state.problem.coordinates.record_parameter_names)
     if near is None:
         state, growth = search_growth(watch, state, campaign, names, seed, patient=patient)
     else:
         state, growth = warm_start(state, near, seed)
     if growth is None:
         return state
-    added = (*(state.added.new if state.added else ()), *state.problem.coordinates.own_names)
+    added = (*(state.added.new if state.added else ()), *state.problem.coordinates.record_parameter_names)
     names = (*names, *(n for n in added if n not in names))
     left_out = any(t.left_out for t in state.readings.values())
     whole = growth.complete and not left_out

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from mechid.display import DisplayedResult
 from mechid.errors import UsageError
-from mechid.shown import Shown
 
 PAGE_NAME = "index.html"
 
@@ -58,7 +58,7 @@ class Entry:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Index(Shown):
+class Index(DisplayedResult):
     """Index of all results below a folder.
 
     Attributes

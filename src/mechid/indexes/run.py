@@ -12,10 +12,10 @@ from urllib.parse import quote
 
 from mechid.errors import UsageError
 from mechid.indexes.document import index_page
-from mechid.indexes.found import Found, found_in
 from mechid.indexes.index import PAGE_NAME, Entry, Index
 from mechid.indexes.kinds import BY_FILE, CAMPAIGNS, FITS, KINDS
 from mechid.indexes.numbers import index_numbers
+from mechid.indexes.result_reader import FoundResult, found_in
 from mechid.indexes.staleness import Staleness
 from mechid.indexes.walk import files_below
 from mechid.reading.whole import is_file, is_folder
@@ -84,7 +84,7 @@ def index_of(root: Path) -> Index:
     return Index(folder=root, entries=tuple(_entries(found, root)), unreadable=tuple(unreadable))
 
 
-def _entries(results: Iterable[Found], root: Path) -> Iterable[Entry]:
+def _entries(results: Iterable[FoundResult], root: Path) -> Iterable[Entry]:
     results = tuple(results)
     staleness = Staleness(results)
     for found in results:
@@ -119,7 +119,7 @@ def _address(file: Path, root: Path) -> str:
     return quote(os.fsencode(file.relative_to(root).as_posix()))
 
 
-def _picture(found: Found, root: Path) -> str:
+def _picture(found: FoundResult, root: Path) -> str:
     if not found.kind.picture:
         return ""
     try:
@@ -130,7 +130,7 @@ def _picture(found: Found, root: Path) -> str:
     return _address(drawn[0], root) if drawn else ""
 
 
-def _command(found: Found, staleness: Staleness, root: Path) -> str:
+def _command(found: FoundResult, staleness: Staleness, root: Path) -> str:
     """Return the command that opens a campaign or a fit in the explorer from the folder of the index."""
     if found.is_damaged or found.kind.heading not in (CAMPAIGNS, FITS):
         return ""

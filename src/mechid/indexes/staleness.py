@@ -14,8 +14,8 @@ from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
 from mechid.identification.result.estimate_file import DIGEST, FILE
-from mechid.indexes.found import DAMAGE, Found
 from mechid.indexes.kinds import CHECKS, FITS, LOOKS, SIMULATIONS
+from mechid.indexes.result_reader import DAMAGE, FoundResult
 from mechid.reading.whole import is_file
 from mechid.records.formats import digest_of
 
@@ -30,15 +30,15 @@ class Staleness:
 
     Parameters
     ----------
-    results : iterable of Found
+    results : iterable of FoundResult
         All results of an index.
     """
 
-    def __init__(self, results: Iterable[Found]) -> None:
+    def __init__(self, results: Iterable[FoundResult]) -> None:
         self.results = tuple(results)
         self._digests: dict[Path, str] = {}
 
-    def cautions(self, found: Found) -> tuple[str, ...]:
+    def cautions(self, found: FoundResult) -> tuple[str, ...]:
         """Return the reasons why a result is out of date; empty if it is not, or if unknown."""
         try:
             return tuple(self._cautions(found))
@@ -46,7 +46,7 @@ class Staleness:
         except DAMAGE:
             return ("its provenance is damaged, so that nothing tells whether it is out of date",)
 
-    def campaign_of(self, found: Found) -> Path | None:
+    def campaign_of(self, found: FoundResult) -> Path | None:
         """Return the campaign file of a fit: in its folder, or else named in its journal."""
         # Imported here, since it takes a second to load.
         from mechid.identification.result.journal_file import identified_campaign
@@ -63,7 +63,7 @@ class Staleness:
         fits = (found for found in self.results if found.kind.heading == FITS and not found.is_damaged)
         return {_digest_of_fit(fit.content["provenance"]): bool(self.cautions(fit)) for fit in fits if _has_digest(fit)}
 
-    def _cautions(self, found: Found) -> Iterator[str]:
+    def _cautions(self, found: FoundResult) -> Iterator[str]:
         if found.kind.heading == FITS:
             yield from self._of_records(found, self.campaign_of(found), "identify anew")
             yield from self._of_mechanism(found)
@@ -80,7 +80,7 @@ class Staleness:
         else:
             yield from self._of_fits(found.content)
 
-    def _of_records(self, found: Found, campaign: Path | None, remedy: str) -> Iterator[str]:
+    def _of_records(self, found: FoundResult, campaign: Path | None, remedy: str) -> Iterator[str]:
         if campaign is None or not is_file(campaign):
             return
         now = {path: self._digest(path) for path in _files(campaign)}
@@ -94,7 +94,7 @@ class Staleness:
         if gone:
             yield f"{', '.join(gone)}: not there any more"
 
-    def _of_mechanism(self, found: Found) -> Iterator[str]:
+    def _of_mechanism(self, found: FoundResult) -> Iterator[str]:
         """Yield a caution if the mechanism file of a fit is not the one written by identify."""
         provenance = found.content["provenance"]
         name, digest = str(provenance.get(FILE, "")), _digest_of_fit(provenance)
@@ -137,6 +137,6 @@ def _digest_of_fit(provenance: Mapping[str, Any]) -> str:
     return str(provenance.get(DIGEST) or "")
 
 
-def _has_digest(fit: Found) -> bool:
+def _has_digest(fit: FoundResult) -> bool:
     provenance = fit.content.get("provenance")
     return isinstance(provenance, Mapping) and bool(_digest_of_fit(provenance))

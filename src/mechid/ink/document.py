@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from mechid.display import SIMULATED
 from mechid.ink.sheet import FOLDER_NAME
 from mechid.ink.table import Table
 from mechid.ink.text_table import EVERYWHERE, MARKDOWN, PAGE, TERMINAL
-from mechid.shown import SIMULATED
 
 IN_DOCUMENTS = (MARKDOWN, PAGE)
 ON_TERMINAL = (TERMINAL,)

@@ -1,6 +1,6 @@
 """Presenter of a kind of result: numbers, document, figures and further files.
 
-The `document.py` of each capability defines one `PRESENTER`; `mechid.shown` selects it by the type of a result.
+The `document.py` of each capability defines one `PRESENTER`; `mechid.display` selects it by the type of a result.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from mechid.holding import hold_folder
 from mechid.ink.document import Document
 from mechid.ink.in_markdown import document_markdown
 from mechid.ink.on_terminal import print_document
 from mechid.ink.sheet import FOLDER_NAME
+from mechid.locks import hold_folder
 from mechid.writing import write_together
 
 if TYPE_CHECKING:

@@ -19,10 +19,10 @@ import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.errors import UsageError
-from mechid.holding import sweep
 from mechid.kernel.cache_files import is_sealed, is_whole, lock_kernel, remove_kernel, seal
 from mechid.kernel.compiler import cache_signatures
 from mechid.kernel.source import fingerprint, generate, lanes_for
+from mechid.locks import sweep
 from mechid.plant.plant import Plant
 from mechid.writing import CACHE, cache_folder, write_atomically
 

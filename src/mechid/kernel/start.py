@@ -83,7 +83,7 @@ def off_rest(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, st
 def _functions(plant: Plant) -> tuple[Callable[..., list[float]], ...]:
     """Compile the initial states and their derivatives with respect to parameters (plant's states only) and start."""
     own = [sp.Symbol(d.symbol) for d in plant.starts.values()]
-    at = [sp.sympify(plant.begun.get(s, 0)) for s in plant.begun_states]
+    at = [sp.sympify(plant.start_expressions.get(s, 0)) for s in plant.states_with_filter]
     arguments = (*plant.parameters, *plant.inputs, START_ANGLE, *own)
     by_parameter = [[sp.diff(e, q) for q in plant.parameters] for e in at[: len(plant.states)]]
     by_start = [[sp.diff(e, s) for s in own] for e in at]

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from mechid.analysis.survey import Survey, survey
 from mechid.campaign import Campaign
-from mechid.campaign.in_code import RecordEntry
-from mechid.records.bare import Hints
+from mechid.campaign.campaign_in_code import RecordEntry
+from mechid.records.undeclared import Hints
 
 
 def look(

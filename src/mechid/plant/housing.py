@@ -59,7 +59,7 @@ def housing(form: str, *, second: bool = False) -> Block:
         declarations=tuple(d for m in modes for d in m.declarations),
         inputs=(T_res,),
         outputs={"T_residual": seen},
-        initial={state: own for m in modes for state, own in m.begun.items()},
+        initial={state: own for m in modes for state, own in m.start_symbols.items()},
         starts=tuple(d for m in modes for d in m.starts),
         filter=LinearSystem(
             states=tuple(state for m in modes for state in (m.z, m.v)),
@@ -121,13 +121,13 @@ class _Mode:
         )
 
     @property
-    def begun(self) -> dict[Symbol, Symbol]:
+    def start_symbols(self) -> dict[Symbol, Symbol]:
         """Symbols of the start values of its states."""
         return {state: Symbol(f"{state.name}_start") for state in (self.z, self.v)}
 
     @property
     def starts(self) -> tuple[Declaration, ...]:
-        size, (z, v) = f"T_hold*{self.gain}", self.begun.values()
+        size, (z, v) = f"T_hold*{self.gain}", self.start_symbols.values()
         return (
             own_start(self.key, z, "N m", f"torque of the {self.whose} at the start", size),
             own_start(f"{self.key}_rate", v, "N m", "its rate at the start over its frequency", size),

@@ -112,7 +112,7 @@ def load(
             **{state: rate for mode in flexible for state, rate in mode.rates.items()},
         },
         initial={**_initial(start), **{state: own for mode in flexible for state, own in mode.starts.items()}},
-        starts=(*STARTS, *(d for mode in flexible for d in mode.own_starts)),
+        starts=(*STARTS, *(d for mode in flexible for d in mode.start_declarations)),
         outputs={**MEASURED, "T_drive_out": drive, "T_load": T_load, **(on_base if turns else {})},
         # Hub and gear resonate as the load on the gear, each flexible mode under its own number.
         swinging={**SWINGING, **{state: f"load mode {mode.k}" for mode in flexible for state in mode.rates}},
@@ -199,7 +199,7 @@ class _Mode:
         return {state: Symbol(f"{state.name}_start") for state in self.rates}
 
     @property
-    def own_starts(self) -> tuple[Declaration, ...]:
+    def start_declarations(self) -> tuple[Declaration, ...]:
         deflection, rate = self.starts.values()
         word = f"of flexible mode {self.k} at the start"
         return (

@@ -35,7 +35,7 @@ class Plant:
     rates : tuple of Expr, (n,)
     initial : tuple of Expr, (n,)
         At rest where the command begins: functions of parameters, inputs and `START_ANGLE`.
-    begun : mapping of Symbol to Expr
+    start_expressions : mapping of Symbol to Expr
         Initial states of plant and filter for a record with start values of its own: functions of the symbols of
         `starts` too.
     inputs : tuple of Symbol
@@ -67,7 +67,7 @@ class Plant:
     outputs: Mapping[str, sp.Expr]
     parameters: tuple[sp.Symbol, ...]
     offered: Mapping[str, sp.Expr]
-    begun: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    start_expressions: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
     behind: LinearSystem = NO_FILTER
     layout: Layout | None = None
 
@@ -91,11 +91,13 @@ class Plant:
     @cached_property
     def starts(self) -> dict[str, Declaration]:
         """Start values that a record may have of its own, by key, e.g. ``"start.angle"``."""
-        moved = set().union(*(self.begun.get(s, sp.Integer(0)).free_symbols for s in self.begun_states))
+        moved = set().union(
+            *(self.start_expressions.get(s, sp.Integer(0)).free_symbols for s in self.states_with_filter)
+        )
         return {d.key: d for block in self.blocks for d in block.starts if sp.Symbol(d.symbol) in moved}
 
     @property
-    def begun_states(self) -> tuple[sp.Symbol, ...]:
+    def states_with_filter(self) -> tuple[sp.Symbol, ...]:
         """States of the plant, then of the filter."""
         return (*self.states, *self.filter.states)
 
@@ -259,7 +261,7 @@ def assemble(
     links = Links(blocks, wiring)
     terms = [(symbol, links.resolve(b, e)) for b in blocks for symbol, e in b.terms.items()]
     rates = {state: links.resolve(b, e) for b in blocks for state, e in b.rates.items()}
-    begun = {state: links.resolve(b, e) for b in blocks for state, e in b.initial.items()}
+    initial = {state: links.resolve(b, e) for b in blocks for state, e in b.initial.items()}
     # At rest the start values of records are zero.
     unmoved = {sp.Symbol(d.symbol): 0 for b in blocks for d in b.starts}
     _refuse_twice([s for b in blocks for s in (*b.terms, *b.rates, *(b.filter.states if b.filter else ()))])
@@ -274,8 +276,10 @@ def assemble(
         states=tuple(rates),
         terms=ordered,
         rates=tuple(rates.values()),
-        initial=start_states([begun[s].subs(unmoved) for s in rates], tuple(rates), ordered),
-        begun=dict(zip(begun, start_states(list(begun.values()), tuple(begun), ordered), strict=True)),
+        initial=start_states([initial[s].subs(unmoved) for s in rates], tuple(rates), ordered),
+        start_expressions=dict(
+            zip(initial, start_states(list(initial.values()), tuple(initial), ordered), strict=True)
+        ),
         inputs=tuple(links.free_inputs),
         switches=switches,
         filter=system,
@@ -299,7 +303,15 @@ def _refuse_unknown_symbols(plant: Plant, offered: Iterable[sp.Expr]) -> None:
     entries = [e for s in plant.switches for e, _ in s.entry]
     system = [*plant.filter.A, *plant.filter.B, *plant.filter.inputs]
     known |= {sp.Symbol(d.symbol) for block in plant.blocks for d in block.starts}
-    every = [*(e for _, e in plant.terms), *plant.rates, *plant.begun.values(), *margins, *entries, *system, *offered]
+    every = [
+        *(e for _, e in plant.terms),
+        *plant.rates,
+        *plant.start_expressions.values(),
+        *margins,
+        *entries,
+        *system,
+        *offered,
+    ]
     if strange := sorted(str(s) for e in every for s in sp.sympify(e).free_symbols - known):
         raise ValueError(f"{strange[0]} is no state, term, input or declared parameter")
 

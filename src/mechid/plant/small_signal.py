@@ -113,7 +113,7 @@ def state_units(plant: Plant) -> dict[str, str]:
     units = {sp.Symbol(d.symbol): d.unit for block in plant.blocks for d in block.starts}
     return {
         str(state): units[symbol]
-        for state, expr in plant.begun.items()
+        for state, expr in plant.start_expressions.items()
         for symbol in sp.sympify(expr).free_symbols & units.keys()
         if sp.diff(expr, symbol) in (1, -1)
     }

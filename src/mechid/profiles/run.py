@@ -9,16 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mechid.campaign import Campaign
+from mechid.display import DisplayedResult
 from mechid.fits.load import campaign_first, fit_from
 from mechid.fits.refits import at_optimum, refit_journal
 from mechid.identification.computation.progress import Listener
 from mechid.identification.refit.profile import Point, Profile, profiles
 from mechid.identification.result.fit import Fit
-from mechid.shown import Shown
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Profiles(Shown, Mapping[str, Profile]):
+class Profiles(DisplayedResult, Mapping[str, Profile]):
     """Profiles by the dotted name of their parameter, made by `profile`."""
 
     profiles: tuple[Profile, ...]
@@ -80,7 +80,7 @@ def profile(
     InputFileError
         The campaign is not that of the fit.
     FitError
-        The fit has no optimum.
+        The grade of the fit is C or failed.
 
     Examples
     --------

@@ -23,7 +23,7 @@ import numpy
 from mechid.errors import MechidError
 from mechid.reading.frames import receive, send
 from mechid.reading.memory import limit_bytes
-from mechid.reading.request import Call, Ended, Raised, Returned
+from mechid.reading.request import Call, CallError, CallResult, ProcessEnd
 
 DONE = 3
 """Exit status of a copy that has sent its answer; any other status means that a library ended the process."""
@@ -75,7 +75,7 @@ def _serve_next(asked: FileIO, answers: FileIO) -> None:
             os._exit(status)
     _, how = os.waitpid(copy, 0)
     if os.waitstatus_to_exitcode(how) != DONE:
-        send(answers, Ended(os.WTERMSIG(how) if os.WIFSIGNALED(how) else 0))
+        send(answers, ProcessEnd(os.WTERMSIG(how) if os.WIFSIGNALED(how) else 0))
 
 
 def _serve_until_failure(request: Call | None, asked: FileIO, answers: FileIO) -> None:
@@ -93,7 +93,7 @@ def _receive_call(asked: FileIO, answers: FileIO) -> Call | None:
     except (EOFError, OSError):
         raise
     except Exception as error:  # a function that cannot be imported here
-        send(answers, Raised(_portable(error)))
+        send(answers, CallError(_portable(error)))
         return None
     _import(request.libraries if isinstance(request, Call) else request.names)
     return request if isinstance(request, Call) else None
@@ -127,18 +127,18 @@ def _answer_call(call: Call, answers: FileIO) -> bool:
     # The alarm ends this process on timeout even if the parent is gone.
     _set_alarm(call.seconds)
     try:
-        answer: Returned | Raised = Returned(call.function(*call.arguments))
+        answer: CallResult | CallError = CallResult(call.function(*call.arguments))
     except Exception as error:
-        answer = Raised(_portable(error))
+        answer = CallError(_portable(error))
     _set_alarm(0.0)
     try:
         send(answers, answer)
     except BrokenPipeError:
         raise
     except Exception as error:  # the value cannot be pickled, which is a bug in mechid
-        send(answers, Raised(_portable(error)))
+        send(answers, CallError(_portable(error)))
         return False
-    return isinstance(answer, Returned)
+    return isinstance(answer, CallResult)
 
 
 def _portable(error: Exception) -> Exception:

@@ -18,7 +18,7 @@ from threading import Lock, Timer
 from typing import IO, Any, TypeVar, cast
 
 from mechid.reading.frames import receive, send
-from mechid.reading.request import Answer, Call, Ended, Libraries, Raised, Request
+from mechid.reading.request import Answer, Call, CallError, Libraries, ProcessEnd, Request
 
 T = TypeVar("T")
 TIMEOUT_S = 30.0
@@ -70,9 +70,9 @@ def call(function: Callable[..., T], *arguments: Any, size: int = 0, libraries: 
     """
     asked = Call(function, arguments, tuple(libraries), TIMEOUT_S + size / SLOWEST_BYTES_PER_S)
     answer = _READER.answer(asked)
-    if isinstance(answer, Raised):
+    if isinstance(answer, CallError):
         raise answer.error
-    if isinstance(answer, Ended):
+    if isinstance(answer, ProcessEnd):
         raise UnreadableError(_describe_end(answer.signal, asked.seconds))
     return cast(T, answer.value)
 
@@ -126,7 +126,7 @@ class _Reader:
             is_late = overdue.finished.is_set()
             overdue.cancel()
             if answer is None:
-                answer = Ended(ALARM if is_late else _terminating_signal(child))
+                answer = ProcessEnd(ALARM if is_late else _terminating_signal(child))
                 self.end()
             self._end_when_idle()
             return answer

@@ -36,21 +36,21 @@ class Call:
 
 
 @dataclass(frozen=True)
-class Returned:
+class CallResult:
     """Result of the function."""
 
     value: Any
 
 
 @dataclass(frozen=True)
-class Raised:
+class CallError:
     """Exception of the function."""
 
     error: Exception
 
 
 @dataclass(frozen=True)
-class Ended:
+class ProcessEnd:
     """Notice that the process that ran the function has ended.
 
     Parameters
@@ -63,4 +63,4 @@ class Ended:
 
 
 Request = Libraries | Call
-Answer = Returned | Raised | Ended
+Answer = CallResult | CallError | ProcessEnd

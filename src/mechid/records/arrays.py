@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from mechid.arrays import FloatArray
 from mechid.errors import RecordError
-from mechid.records.foreign import wrap_parser_errors
+from mechid.records.adjacent_scaling import add_adjacent_scaling
 from mechid.records.scaling import Attributes, read_packing, unapplied_scaling
-from mechid.records.scaling_beside import add_adjacent_scaling
 from mechid.records.table import ALL, Column, Metadata, column_label
+from mechid.records.third_party import wrap_parser_errors
 from mechid.signal.series import blocks
 
 Index = tuple[int | slice, ...]

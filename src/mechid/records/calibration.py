@@ -16,7 +16,7 @@ from mechid.errors import RecordError
 from mechid.records.components import COMPONENTS, Mounting
 from mechid.records.record import Channel, Record
 from mechid.signal.series import Series
-from mechid.signal.stored import map_samples
+from mechid.signal.stored_series import map_samples
 from mechid.units import si_unit
 
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from mechid.errors import RecordError, did_you_mean
+from mechid.records.ambiguous_numbers import raw_counts_warning, refuse_unapplied_scaling
 from mechid.records.column_names import is_row_number, is_time, is_torque
-from mechid.records.doubts import raw_counts_warning, refuse_unapplied_scaling
 from mechid.records.spec import ChannelSpec, RecordSpec, Role
 from mechid.records.table import Clock, Column, Table, column_label
 from mechid.units import si_unit, split_header, to_si_factor, unit_within

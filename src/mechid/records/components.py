@@ -14,7 +14,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.records.record import Channel, Record
-from mechid.signal.stored import map_samples
+from mechid.signal.stored_series import map_samples
 
 AXES = ("x", "y", "z")
 FORCES = tuple(f"force_{axis}" for axis in AXES)

@@ -17,7 +17,14 @@ from mechid.records.table import Clock, Table, column_label
 from mechid.signal.decimation import PASS, affected_samples, anti_alias_filter, decimate
 from mechid.signal.runs import runs_of
 from mechid.signal.series import Series
-from mechid.signal.stored import WritableSeries, change_in_place, pieces_of, samples_at, stretch_in_place, write_at
+from mechid.signal.stored_series import (
+    WritableSeries,
+    change_in_place,
+    pieces_of,
+    samples_at,
+    stretch_in_place,
+    write_at,
+)
 
 Treatment = Mapping[str, Any]
 """Description of a conditioning step: ``step``, ``text``, and its figures."""

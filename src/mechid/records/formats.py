@@ -19,9 +19,9 @@ from mechid.reading.process import prepare
 from mechid.reading.whole import is_file, is_folder, is_there, refuse_special
 from mechid.records.columns import ChosenColumn, Layout, choose_columns
 from mechid.records.csv import open_csv
-from mechid.records.guarded import Reader, open_guarded
 from mechid.records.hdf5 import open_hdf5
 from mechid.records.health import channel_warnings
+from mechid.records.isolated_table import Reader, open_guarded
 from mechid.records.matlab import open_matlab
 from mechid.records.matlab73 import is_matlab73
 from mechid.records.numpy_file import open_npy, open_npz
@@ -128,7 +128,7 @@ def wrap_read_errors(label: str) -> Iterator[None]:
     except OSError as error:
         raise RecordError(f"{label}: cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
-        raise RecordError(f"{label}: is not the {error.encoding} text that it says it is") from error
+        raise RecordError(f"{label}: is not valid {error.encoding} text, which it claims to be") from error
     except MemoryError as error:
         raise RecordError(f"{label}: does not fit into memory; read a part of it with window_s") from error
 
@@ -138,7 +138,7 @@ def _refuse_missing(path: Path, label: str) -> None:
         raise RecordError(f"{label}: is a folder, not a file")
     if not is_there(path):
         beside = [other.name for other in path.parent.iterdir()] if is_folder(path.parent) else []
-        near = "; it is a link that leads to nothing" if path.is_symlink() else did_you_mean(path.name, beside)
+        near = "; it is a broken link" if path.is_symlink() else did_you_mean(path.name, beside)
         where = "; check the path" if str(path) == label else f" ({path})"
         raise RecordError(f"{label}: there is no such file{near or where}")
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
-from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.hdf5_links import Links, Within
 from mechid.records.scaling import plain_unit, unapplied_scaling
 from mechid.records.table import Column, Fact
+from mechid.records.third_party import import_library, wrap_parser_errors
 
 KIND = "an HDF5 file"
 UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")

@@ -18,7 +18,7 @@ MAX_LINK_LEVELS = 32
 """Maximum nesting of links and virtual datasets; no instrument nests them as deeply."""
 SAME_FILE = "."
 """Name by which a virtual dataset refers to its own file."""
-DANGLING_LINK = "a link to nothing in this file"
+DANGLING_LINK = "a broken link within this file"
 Within = frozenset[tuple[int, int]]
 """File numbers and addresses of the groups that contain an entry."""
 
@@ -116,7 +116,7 @@ class Links:
     def _path_fault(self, group: Any, path: str, levels: int) -> str | None:
         """Return the reason why the object at a path must not be read, or None."""
         if levels < 0:
-            return "links to links without an end"
+            return "links that form a cycle"
         here = group.file if path.startswith("/") else group
         for name in filter(None, path.split("/")):
             if not isinstance(here, self.h5py.Group):

@@ -10,7 +10,7 @@ from mechid.records.table import Table
 from mechid.signal.clipping import CLIPPED_RUN, clipped_runs
 from mechid.signal.moments import extremes
 from mechid.signal.series import Series
-from mechid.signal.stored import pieces_of
+from mechid.signal.stored_series import pieces_of
 
 ENCODED = ("rotor_angle", "output_angle", "position")
 LEAST_EXTREME, LARGEST_EXTREME = 1e-20, 1e20

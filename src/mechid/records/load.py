@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mechid.records.bare import Hints, read_bare
 from mechid.records.record import Record
+from mechid.records.undeclared import Hints, read_bare
 
 
 def load_record(

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
-from mechid.records.foreign import wrap_parser_errors
 from mechid.records.matlab73 import is_matlab73, open_matlab73
 from mechid.records.matlab_classes import object_fault, unpack_object
 from mechid.records.mcos import Heap, Tree, referenced_objects
 from mechid.records.memory import refuse_larger_than_memory
 from mechid.records.table import Column, Fact
+from mechid.records.third_party import wrap_parser_errors
 
 KIND = "a MATLAB file"
 OPAQUE, WORKSPACE = "None", "__function_workspace__"

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
-from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.hdf5 import COMPLEX, loader
 from mechid.records.hdf5_links import Links, Within
 from mechid.records.matlab_classes import object_fault, unpack_object
 from mechid.records.mcos import Heap, Tree, referenced_objects
 from mechid.records.simulink import logged_signals
 from mechid.records.table import Column, Fact
+from mechid.records.third_party import import_library, wrap_parser_errors
 
 KIND = "a MATLAB 7.3 file"
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mechid.errors import RecordError
 from mechid.reading.memory import GIB, limit_bytes
-from mechid.signal.stored import WORD, free_bytes
+from mechid.signal.stored_series import WORD, free_bytes
 from mechid.writing import cache_folder
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.lib import format as npy
 
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
-from mechid.records.foreign import wrap_parser_errors
 from mechid.records.table import Column, Fact
+from mechid.records.third_party import wrap_parser_errors
 
 HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 

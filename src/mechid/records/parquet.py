@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
-from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.table import Column, Fact
+from mechid.records.third_party import import_library, wrap_parser_errors
 
 KIND = "a Parquet file"
 UNIT_KEYS = ("unit", "units")

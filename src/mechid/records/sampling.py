@@ -16,11 +16,11 @@ from mechid.records.health import refuse_not_finite
 from mechid.records.memory import refuse_insufficient_disk
 from mechid.records.settings import STAMPS
 from mechid.records.spec import RecordSpec, TimeStamps
-from mechid.records.stamps import fit_regular_clock, resample, resampling_clock
 from mechid.records.table import ALL, Clock, Table, column_label
+from mechid.records.time_stamps import fit_regular_clock, resample, resampling_clock
 from mechid.records.time_unit import TimeUnit, time_unit
 from mechid.signal.series import Series
-from mechid.signal.stored import (
+from mechid.signal.stored_series import (
     WORD,
     SampleBuffer,
     WritableSeries,

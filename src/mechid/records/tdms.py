@@ -11,9 +11,9 @@ import numpy as np
 from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
 from mechid.records.clock import round_rate
-from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.table import Clock, Column, Fact
 from mechid.records.tdms_segments import Part, first_start, parts_fault, read_parts
+from mechid.records.third_party import import_library, wrap_parser_errors
 
 KIND = "a TDMS file"
 SCALES_KNOWN = (

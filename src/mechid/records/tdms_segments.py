@@ -17,9 +17,9 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from mechid.errors import RecordError
-from mechid.records.foreign import import_library
 from mechid.records.scaling import is_scaling_name
 from mechid.records.settings import STAMPS
+from mechid.records.third_party import import_library
 from mechid.units import SI_UNIT, to_si_factor
 
 ROOT = "/"

@@ -12,9 +12,9 @@ import numpy as np
 from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Index, Item, array_table
 from mechid.records.clock import round_rate
-from mechid.records.foreign import import_library, wrap_parser_errors
 from mechid.records.memory import refuse_larger_than_memory
 from mechid.records.table import Clock, Column
+from mechid.records.third_party import import_library, wrap_parser_errors
 from mechid.units import to_si_factor
 
 KIND = "a universal file"
@@ -78,7 +78,7 @@ def _refuse_truncated(path: Path, label: str) -> None:
 def _refuse_without(types: list[int], label: str) -> None:
     if FUNCTION not in types:
         found = ", ".join(map(str, types)) or "none"
-        raise RecordError(f"{label}: holds no data set 58, which measured functions stand in; data sets: {found}")
+        raise RecordError(f"{label}: contains no data set 58 (measured functions); its data sets: {found}")
 
 
 def _items(file: Any, number: int, head: dict[str, Any], *, alien: bool) -> Iterator[Item]:

@@ -12,7 +12,7 @@ from mechid.identification.result.fit import Fit
 from mechid.ink.digits import plain
 from mechid.ink.quantities import has_only_torque
 from mechid.reports.details import correlation_data, driven_data, information_data, meaning_data, resonance_data
-from mechid.reports.noise import against_noise, level_words, raised_words
+from mechid.reports.noise import compare_with_noise, level_words, raised_words
 from mechid.reports.use import use_word
 from mechid.reports.verdict import summary_data
 from mechid.simulation.resonances import resonances
@@ -69,7 +69,7 @@ def _record_table(data: Mapping[str, Any]) -> list[dict[str, Any]]:
 def _record_row(
     data: Mapping[str, Any], row: Mapping[str, Any], fit: Mapping[str, Any], plainly: bool
 ) -> dict[str, Any]:
-    residual = against_noise(data, row)
+    residual = compare_with_noise(data, row)
     ratio = residual.ratio
     texts = row["text"]
     unit, rate = (", N m", ", N m/s") if plainly else ("", " a second")

@@ -13,7 +13,7 @@ from mechid.analysis.prediction import Prediction, predict
 from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.identification.result.as_fitted import record_as_fitted
+from mechid.identification.result.finished_fit import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.record_result import ChannelFit
 from mechid.ink.extremes import reduce_to_extremes
@@ -23,7 +23,7 @@ from mechid.reports.trace import Trace, trace_of
 from mechid.signal import autocorrelation, peak_spectrum
 from mechid.signal.series import Series, blocks, mean_of, stretch_of
 from mechid.signal.spectrogram import WINDOWS, spectrogram, usual_window_s
-from mechid.signal.stored import is_long
+from mechid.signal.stored_series import is_long
 from mechid.simulation.simulator import TimeBase
 
 GROUPS = 3000

@@ -12,7 +12,7 @@ from mechid.analysis.information import Information
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import parameters_of
 from mechid.command.words import command_words
-from mechid.identification.result.as_fitted import record_as_fitted
+from mechid.identification.result.finished_fit import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.ink.digits import digits
 from mechid.reports.use import use_word

@@ -16,7 +16,7 @@ from mechid.ink.pens import Pens
 from mechid.ink.sheet import FOLDER_NAME
 from mechid.kernel.equation_text import equations_mathml
 from mechid.reports.contents import report_contents
-from mechid.reports.embedded import page_script
+from mechid.reports.figure_cache import page_script
 from mechid.reports.illustration import Illustration
 from mechid.reports.results import REPORT_NAME
 from mechid.reports.sections import report_document

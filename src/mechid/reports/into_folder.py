@@ -16,7 +16,7 @@ from mechid.errors import UnwritableError
 from mechid.fits.load import COMPLETED_NAME
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, Progress
-from mechid.identification.output_error.identity import campaign_digests
+from mechid.identification.output_error.digests import campaign_digests
 from mechid.identification.result.estimate_file import sign_provenance
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
+from mechid.analysis.noise_floor_test import NoiseComparison, NoiseLevel
 from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.ink.data import Data
@@ -14,7 +14,7 @@ DIGITS = (3, 4, 5, 6)
 """Numbers of digits to try, until a ratio differs from the largest ratio by chance."""
 
 
-def against_noise(data: Data, row: Data) -> AgainstNoise:
+def compare_with_noise(data: Data, row: Data) -> NoiseComparison:
     """Compare the residual of a validated channel with the noise level known before the fit.
 
     A level derived from the residual itself would not test it.
@@ -28,7 +28,7 @@ def against_noise(data: Data, row: Data) -> AgainstNoise:
     """
     rows = [r for r in (*data["channels"], *data["records"]) if r["name"] == row["name"]]
     noise = next((r["noise_known"] for r in rows if r.get("quantity", row["quantity"]) == row["quantity"]), math.nan)
-    return AgainstNoise(
+    return NoiseComparison(
         residual_rms=_number(row["residual_rms"]),
         noise_sigma=_number(noise),
         samples=row["samples"],
@@ -56,17 +56,17 @@ def _number(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def level_words(residual: AgainstNoise, *, complete: bool = False) -> str:
+def level_words(residual: NoiseComparison, *, complete: bool = False) -> str:
     """Return a sentence that compares a residual with the noise; `complete` states that the model explains all.
 
     Examples
     --------
     >>> record = {"noise_sigma": 1.0, "samples": 10_001, "floor_samples": 10_001}
-    >>> level_words(AgainstNoise(residual_rms=1.02, effective_samples=9950.0, **record), complete=True)
+    >>> level_words(NoiseComparison(residual_rms=1.02, effective_samples=9950.0, **record), complete=True)
     'Explained down to the noise.'
-    >>> level_words(AgainstNoise(residual_rms=1.02, effective_samples=9950.0, **record))
+    >>> level_words(NoiseComparison(residual_rms=1.02, effective_samples=9950.0, **record))
     'No larger than the noise.'
-    >>> level_words(AgainstNoise(residual_rms=1.16, effective_samples=9950.0, **record))
+    >>> level_words(NoiseComparison(residual_rms=1.16, effective_samples=9950.0, **record))
     '1.16 times the noise floor, where chance explains up to 1.07 with 9950 effective samples.'
     """
     if residual.level is NoiseLevel.LOST:
@@ -76,13 +76,13 @@ def level_words(residual: AgainstNoise, *, complete: bool = False) -> str:
     return f"{above_words(residual)}."
 
 
-def above_words(residual: AgainstNoise) -> str:
+def above_words(residual: NoiseComparison) -> str:
     """Return the ratio of a residual to the noise floor, and the largest ratio expected by chance.
 
     Examples
     --------
     >>> record = {"noise_sigma": 1.0, "samples": 10_001, "floor_samples": 10_001}
-    >>> above_words(AgainstNoise(residual_rms=1.16, effective_samples=31.0, **record))
+    >>> above_words(NoiseComparison(residual_rms=1.16, effective_samples=31.0, **record))
     '1.16 times the noise floor, and coloured: 10001 samples worth 31 effective ones, by chance up to 1.2'
     """
     most, effective = residual.most_by_chance, count_text(residual.effective_samples)

@@ -9,7 +9,7 @@ from typing import Any
 
 from mechid.analysis.validation import RecordValidation
 from mechid.campaign.campaign import is_start_name
-from mechid.diagnoses.effects_shown import missing_data
+from mechid.diagnoses.effect_rows import missing_data
 from mechid.diagnoses.path import completed_data
 from mechid.identification.result.fit import Fit, StageReport
 from mechid.identification.result.grade import CAUSE_WORDS, Reason, grade_words
@@ -18,7 +18,7 @@ from mechid.identification.result.record_result import ChannelFit, MaskedMoment,
 from mechid.ink.digits import digits, like, plain, with_sigma
 from mechid.ink.quantities import quantity_words
 from mechid.parameter import Status
-from mechid.reports.lacking import residual_lines
+from mechid.reports.added_effects import residual_lines
 from mechid.reports.side import side_rows
 from mechid.reports.use import with_left_out, with_use
 from mechid.units import angle_difference, unit_words

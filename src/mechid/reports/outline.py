@@ -19,7 +19,7 @@ from mechid.reports.trace import Trace, reached_by, step_of, trace_of
 from mechid.signal.envelope import envelope
 from mechid.signal.remainder import Remainder
 from mechid.signal.series import Series, stretch_of
-from mechid.signal.stored import samples_at
+from mechid.signal.stored_series import samples_at
 
 COLUMNS = 8192
 """Columns of the whole record: five times those of a wide screen."""

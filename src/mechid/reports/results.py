@@ -19,7 +19,7 @@ from mechid.identification.result.estimate_file import json_text, sign_provenanc
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.result.grade import grade_words
 from mechid.reading.whole import read_result
-from mechid.reports.lacking import added_comment, added_notes
+from mechid.reports.added_effects import added_comment, added_notes
 from mechid.writing import write_atomically, write_together
 
 REPORT_NAME = "report.json"

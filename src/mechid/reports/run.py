@@ -10,7 +10,6 @@ from pathlib import Path
 
 from mechid.analysis import validate
 from mechid.campaign import Campaign
-from mechid.holding import hold_folder
 from mechid.identification.computation.progress import Listener
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.estimate_file import read_estimate, sign_provenance
@@ -18,6 +17,7 @@ from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.run import IdentifyRun
 from mechid.identification.run import identify as identified
 from mechid.ink.pens import Pens
+from mechid.locks import hold_folder
 from mechid.progress.listening import line_receiver, progress_listener
 from mechid.reports.files import write_report
 from mechid.reports.illustration import Illustration
@@ -120,7 +120,7 @@ def identify_into(
     FitError
         Nothing is free, or no record is to be estimated from.
     UsageError
-        The folder cannot be written to, another run holds it, or the run to be resumed had other inputs.
+        The folder cannot be written to, another run is using it, or the run to be resumed had other inputs.
     WorkersError
         The executor's workers are lost, or cannot do the work.
 

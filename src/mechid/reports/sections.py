@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from mechid.diagnoses.effects_shown import own_table
+from mechid.diagnoses.effect_rows import own_table
 from mechid.diagnoses.path import COMPLETED_TITLE, path_table
 from mechid.identification.result.grade import MECHANISM_FILE_CAUSES
 from mechid.ink.document import (
@@ -23,8 +23,8 @@ from mechid.ink.document import (
 )
 from mechid.ink.table import Table
 from mechid.ink.text_table import EVERYWHERE, PAGE, Column, OnPage
+from mechid.reports.added_effects import LACKING
 from mechid.reports.dependence import dependence_section
-from mechid.reports.lacking import LACKING
 from mechid.reports.record_sections import record_parts
 from mechid.reports.side import SIDE_SAID, SIDE_TITLE
 from mechid.reports.tables import known_table, parameter_table, prior_table, side_table, stage_table

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
+from mechid.analysis.noise_floor_test import NoiseComparison, NoiseLevel
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.ink.data import Data
 from mechid.ink.digits import digits, plain
 from mechid.ink.document import BAD, CAUTION, GOOD
 from mechid.ink.quantities import has_only_torque, quantity_words
+from mechid.reports.added_effects import LACKING
 from mechid.reports.details import worst_pair
-from mechid.reports.lacking import LACKING
-from mechid.reports.noise import above_words, against_noise
+from mechid.reports.noise import above_words, compare_with_noise
 from mechid.reports.use import held_out, left_out, left_out_words
 
 TONES = {"A": GOOD, "B": CAUTION}
@@ -24,7 +24,7 @@ COLOURED = 1.5
 WORTH = 0.98
 """Largest factor on a standard error at which a further record is proposed."""
 
-Residuals = list[tuple[Data, AgainstNoise]]
+Residuals = list[tuple[Data, NoiseComparison]]
 """The rows of a validation, each with its residual beside the record's noise."""
 
 
@@ -61,7 +61,7 @@ def verdict(data: Data) -> tuple[str, str]:
 
 
 def _residuals(data: Data) -> Residuals:
-    return [(row, against_noise(data, row)) for row in data["validation"]]
+    return [(row, compare_with_noise(data, row)) for row in data["validation"]]
 
 
 def least_certain(data: Data) -> Data | None:
@@ -133,7 +133,7 @@ def _misfits(data: Data, residuals: Residuals) -> Residuals:
     return [(row, r) for row, r in residuals if r.level in above and not row["left_out"]]
 
 
-def _misfit(row: Data, residual: AgainstNoise) -> str:
+def _misfit(row: Data, residual: NoiseComparison) -> str:
     where = ""
     if row["bands"] and residual.ratio > NOISE.misfit:  # below, the largest band may be that of the noise
         band = max(row["bands"], key=lambda b: float(b["residual_rms"]))

@@ -12,7 +12,7 @@ from mechid.arrays import FloatArray, IntArray
 from mechid.signal.moments import total
 from mechid.signal.remainder import Remainder
 from mechid.signal.series import BLOCK, Series, mean_of, stretch_of
-from mechid.signal.stored import pieces_of
+from mechid.signal.stored_series import pieces_of
 from mechid.signal.trend import Line
 
 RESPONSE_SAMPLES = 4096

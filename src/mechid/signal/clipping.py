@@ -8,7 +8,7 @@ from mechid.arrays import FloatArray
 from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
 from mechid.signal.series import Series
-from mechid.signal.stored import pieces_of
+from mechid.signal.stored_series import pieces_of
 
 CLIPPED_RUN = 8
 """Least number of consecutive equal samples at an extreme that counts as clipping."""

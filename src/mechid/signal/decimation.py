@@ -12,7 +12,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.signal.series import Series, blocks
-from mechid.signal.stored import AT_ONCE, WritableSeries, allocate_series, is_long, pieces_of
+from mechid.signal.stored_series import AT_ONCE, WritableSeries, allocate_series, is_long, pieces_of
 
 ATTENUATION_DB = 100.0
 """Attenuation above `STOP`; the ripple of the pass band is the same 1e-5."""

@@ -16,7 +16,7 @@ from scipy.fft import fft, ifft, next_fast_len
 from scipy.special import gammainccinv
 
 from mechid.arrays import ComplexArray, FloatArray
-from mechid.signal import stored
+from mechid.signal import stored_series
 from mechid.signal.series import Series, blocks
 from mechid.signal.settings import HUM
 from mechid.signal.window import hann
@@ -41,7 +41,7 @@ class HumSeries:
     @property
     def duration_s(self) -> float:
         """Duration of the analysed samples."""
-        return min(self.series.size, stored.MAX_IN_MEMORY) / self.sample_rate_hz
+        return min(self.series.size, stored_series.MAX_IN_MEMORY) / self.sample_rate_hz
 
     def reaches(self, hz: float) -> bool:
         """Return whether the sample rate covers a frequency and the series is long enough for its surroundings."""
@@ -145,7 +145,7 @@ def _evidence(one: HumSeries, frequency: FloatArray, nominal_hz: float) -> Evide
     clear = [k for k in multiples if one.is_clear(k * nominal_hz, k * HUM.off_hz + 2.0 / one.duration_s)]
     if not clear:
         return Evidence(frequency, total, 0)
-    y = np.asarray(one.series[: stored.MAX_IN_MEMORY])
+    y = np.asarray(one.series[: stored_series.MAX_IN_MEMORY])
     y = (y - y.mean()) * hann(y.size)
     for k in clear:
         reach = min(max(HUM.around_hz, HUM.around_bins / one.duration_s), k * nominal_hz)

@@ -14,7 +14,7 @@ from scipy.fft import prev_fast_len
 from scipy.ndimage import median_filter
 
 from mechid.arrays import FloatArray
-from mechid.signal import stored
+from mechid.signal import stored_series
 from mechid.signal.series import Series
 from mechid.signal.settings import SERIES
 from mechid.signal.spectrum import amplitude_spectrum
@@ -93,7 +93,7 @@ def prominence(y: Series, sample_rate: float) -> Prominence:
     """Return the spectrum of a series with its local noise level.
 
     The last few samples are ignored, to obtain a length that is fast to transform. Of a long series only the first
-    `stored.MAX_IN_MEMORY` samples are used; a bin is then a few mHz wide.
+    `stored_series.MAX_IN_MEMORY` samples are used; a bin is then a few mHz wide.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def prominence(y: Series, sample_rate: float) -> Prominence:
     sample_rate : float
         In Hz.
     """
-    series = y[: int(prev_fast_len(min(y.size, stored.MAX_IN_MEMORY), real=True))]
+    series = y[: int(prev_fast_len(min(y.size, stored_series.MAX_IN_MEMORY), real=True))]
     amplitude = amplitude_spectrum(series - series.mean(), sample_rate, "hann")[1]
     width = min(NEIGHBOURS, amplitude.size)
     level = median_filter(amplitude**2, width, mode="mirror")

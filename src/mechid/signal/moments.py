@@ -9,7 +9,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.signal.series import Series, drop_rejected
-from mechid.signal.stored import pieces_of
+from mechid.signal.stored_series import pieces_of
 
 
 def total(series: Series) -> float:

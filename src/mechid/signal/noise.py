@@ -19,7 +19,7 @@ import numpy as np
 
 from mechid.arrays import BoolArray, FloatArray, IntArray
 from mechid.errors import RecordError
-from mechid.signal import stored
+from mechid.signal import stored_series
 from mechid.signal.series import Series
 from mechid.signal.settings import FLOOR
 
@@ -56,7 +56,7 @@ def noise_floor(
     ----------
     y : Series of N samples
         Signal with noise, in any unit; N is at least 16. For a long series, evenly distributed segments with
-        `stored.MAX_IN_MEMORY` samples in total are used; they give the floor to a thousandth.
+        `stored_series.MAX_IN_MEMORY` samples in total are used; they give the floor to a thousandth.
     sample_rate : float
         In Hz.
     above : float or None
@@ -153,7 +153,7 @@ def _usable_lengths(lengths: list[int], samples: int, rejected: IntArray | None)
 
 def _select_evenly(kept: IntArray, hop: int) -> IntArray:
     """Return the segments, reduced to an even selection if they have more samples than a series in memory."""
-    most = max(stored.MAX_IN_MEMORY // hop, 1)
+    most = max(stored_series.MAX_IN_MEMORY // hop, 1)
     return kept[np.linspace(0, kept.size - 1, most).astype(np.int64)] if kept.size > most else kept
 
 

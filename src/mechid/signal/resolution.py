@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mechid.signal.series import Series
-from mechid.signal.stored import pieces_of
+from mechid.signal.stored_series import pieces_of
 
 MULTIPLE_TOLERANCE = 1e-3
 """Maximum distance of a sample from a whole number of steps, in steps."""

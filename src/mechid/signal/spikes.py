@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from mechid.arrays import FloatArray, IntArray
-from mechid.signal import stored
+from mechid.signal import stored_series
 from mechid.signal.series import Series, blocks
 
 NEIGHBOURHOOD = 51
@@ -67,6 +67,6 @@ def outliers(residual: Series, limit: float) -> IntArray:
 
 
 def _median_magnitude(series: Series) -> float:
-    step = max(-(-series.size // stored.MAX_IN_MEMORY), 1)
+    step = max(-(-series.size // stored_series.MAX_IN_MEMORY), 1)
     some = [series[part.start + -part.start % step : part.stop : step] for part in blocks(series.size)]
     return float(np.median(np.abs(np.concatenate(some)), overwrite_input=True))

@@ -13,7 +13,7 @@ import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray, IntArray
 from mechid.signal.series import Series, blocks
-from mechid.signal.stored import AT_ONCE, allocate_series, is_long
+from mechid.signal.stored_series import AT_ONCE, allocate_series, is_long
 
 PART_SAMPLES = 2**18
 """Maximum number of samples of a part's transform, if the number of samples can be divided accordingly."""

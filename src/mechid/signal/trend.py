@@ -9,7 +9,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.signal.series import Series, blocks, drop_rejected, mean_of, no_samples
-from mechid.signal.stored import WritableSeries
+from mechid.signal.stored_series import WritableSeries
 
 RANK_TOLERANCE = 1e-10
 """Relative cut-off of the singular values of the normal equations of offset, drift and waves."""

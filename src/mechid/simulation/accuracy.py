@@ -10,7 +10,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.command import Timing
-from mechid.signal.stored import WritableSeries, allocate_series
+from mechid.signal.stored_series import WritableSeries, allocate_series
 from mechid.simulation.simulator import ON_TIME, Run, Simulator, trajectory_of
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 

@@ -14,8 +14,8 @@ from mechid.kernel.batch.source import SETS
 from mechid.kernel.compiled import DIVERGED, SUCCESS
 from mechid.simulation.block import Block
 from mechid.simulation.interruption import check_interruption
-from mechid.simulation.noted import NO_JUMPS, Jumps, concatenate_jumps
 from mechid.simulation.simulator import Run, outcome_of
+from mechid.simulation.switch_log import NO_JUMPS, Jumps, concatenate_jumps
 from mechid.simulation.trajectory import SimulationOutcome
 from mechid.simulation.work import count_batch
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mechid.arrays import FloatArray
-from mechid.simulation.noted import NO_JUMPS, Jumps
+from mechid.simulation.switch_log import NO_JUMPS, Jumps
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.signal.series import Series
-from mechid.signal.stored import is_long
+from mechid.signal.stored_series import is_long
 
 
 @dataclass(frozen=True)

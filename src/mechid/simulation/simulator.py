@@ -18,9 +18,9 @@ from mechid.signal.series import Series
 from mechid.simulation.block import Block, State
 from mechid.simulation.instants import instants
 from mechid.simulation.interruption import check_interruption
-from mechid.simulation.noted import NO_JUMPS, Jumps, logged_switches, take_logged_jumps
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_from_start
+from mechid.simulation.switch_log import NO_JUMPS, Jumps, logged_switches, take_logged_jumps
 from mechid.simulation.time_scale import time_scale
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 from mechid.simulation.work import count_run

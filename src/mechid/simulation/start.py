@@ -85,7 +85,7 @@ def _held_at_rest(kernel: Kernel, buffers: Buffers) -> BoolArray:
         for guard in guards
         for state in guard.resets
     }
-    return np.array([state in held for state in kernel.plant.begun_states])
+    return np.array([state in held for state in kernel.plant.states_with_filter])
 
 
 def _add_lane_slopes(kernel: Kernel, buffers: Buffers, lane: int, slopes: FloatArray) -> None:

@@ -17,8 +17,8 @@ from mechid.command.timing import PPM
 from mechid.plant.plant import Plant
 from mechid.plant.time_powers import output_time_powers, time_powers, unit_time_power
 from mechid.simulation.block import Block
-from mechid.simulation.noted import Jumps
 from mechid.simulation.start import Start
+from mechid.simulation.switch_log import Jumps
 
 
 @dataclass(frozen=True, eq=False)

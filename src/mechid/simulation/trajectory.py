@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
-from mechid.shown import Shown
+from mechid.display import DisplayedResult
 from mechid.signal.series import Series
-from mechid.signal.stored import pieces_of
+from mechid.signal.stored_series import pieces_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -51,7 +51,7 @@ class Switching:
 
 
 @dataclass(frozen=True, repr=False)
-class Trajectory(Shown):
+class Trajectory(DisplayedResult):
     """A simulated record.
 
     Attributes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mechid.command.words import command_words
-from mechid.identification.output_error.identity import file_digests
+from mechid.identification.output_error.digests import file_digests
 from mechid.ink.digits import digits
 from mechid.signal.moments import extremes, root_mean_square
 from mechid.simulation.accuracy import PROMISE

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from mechid.campaign import Campaign
 from mechid.campaign.prediction import simulate_all
-from mechid.shown import Shown
+from mechid.display import DisplayedResult
 from mechid.simulation.trajectory import Trajectory
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Simulated(Shown):
+class Simulated(DisplayedResult):
     """Simulated records.
 
     Attributes

@@ -3,9 +3,9 @@
 Internal to mechid but for the names that docs/python.md lists.
 """
 
-from mechid.web.diagnosed import read_diagnosed
 from mechid.web.estimate import Estimate, estimate_of, read_estimated
 from mechid.web.server import Explorer
 from mechid.web.session import Source
+from mechid.web.stored_diagnosis import read_diagnosed
 
 __all__ = ["Estimate", "Explorer", "Source", "estimate_of", "read_diagnosed", "read_estimated"]

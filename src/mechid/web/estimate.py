@@ -10,12 +10,12 @@ from typing import Any
 
 from mechid.analysis import validate
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.identification.result.as_fitted import record_as_fitted
+from mechid.identification.result.finished_fit import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.plant.mechanism import Mechanism
 from mechid.reports.contents import report_contents
-from mechid.reports.noise import against_noise
+from mechid.reports.noise import compare_with_noise
 from mechid.reports.numbers import report_data
 from mechid.units import angle_difference
 
@@ -94,7 +94,7 @@ def _noise_ratios(data: Mapping[str, Any]) -> dict[str, float]:
     squares: dict[str, list[float]] = {}
     for row in data["validation"]:
         if row["use"] == "estimate":
-            squares.setdefault(row["name"], []).append(against_noise(data, row).ratio ** 2)
+            squares.setdefault(row["name"], []).append(compare_with_noise(data, row).ratio ** 2)
     return {name: math.sqrt(sum(own) / len(own)) for name, own in squares.items()}
 
 

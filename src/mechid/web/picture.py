@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import prev_fast_len
 
-from mechid.analysis.against_noise import AgainstNoise
+from mechid.analysis.noise_floor_test import NoiseComparison
 from mechid.analysis.order_tracking import ORDERS
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord, Match
@@ -44,14 +44,14 @@ class Numbers:
 
     Attributes
     ----------
-    residual : AgainstNoise
+    residual : NoiseComparison
         Residual and noise floor of the record, in the unit of the channel.
     fit_percent : float
     offset, drift : float
         Removed offset and drift in N m and N m/s.
     """
 
-    residual: AgainstNoise
+    residual: NoiseComparison
     fit_percent: float
     offset: float
     drift: float
@@ -198,7 +198,7 @@ class Scene:
         first = replace(
             self.simulator, base=self.base.truncate(self.samples(1.0)), known_edges=self.simulator.excitation
         )
-        own = {q.replaces: q.value for q in self.record.replaced}
+        own = {q.replaces: q.value for q in self.record.overrides}
         return max(simulate_accurately(first, mechanism.kernel_values(own)).substeps // 2, 1)
 
     def picture(self, mechanism: Mechanism, stretch: Stretch) -> Picture:
@@ -240,7 +240,7 @@ class Scene:
     def _slope(self, mechanism: Mechanism, name: str, stretch: Stretch) -> FloatArray:
         """Return dy/d(value) of a knob, (n,); zero for parameters of other records, or overridden in this one."""
         slope, own = np.zeros(self.samples(stretch.seconds)), {q.name: q for q in self.record.parameters}.get(name)
-        replaced = {q.replaces: stretch.own[q.name] for q in self.record.replaced}
+        replaced = {q.replaces: stretch.own[q.name] for q in self.record.overrides}
         if own is None and (name not in mechanism.parameters or name in replaced):
             return slope
         moves = own.replaces if own else name
@@ -271,7 +271,7 @@ class Scene:
         """Start a simulation, optionally with the sensitivity to one direction of the kernel parameters."""
         record, own = self.record, stretch.own
         return self.simulator.run(
-            mechanism.kernel_values({q.replaces: own[q.name] for q in record.replaced}),
+            mechanism.kernel_values({q.replaces: own[q.name] for q in record.overrides}),
             timing=self._timing(stretch),
             substeps=stretch.substeps,
             samples=self.samples(stretch.seconds),
@@ -292,7 +292,7 @@ class Scene:
 
     def _numbers(self, measured: FloatArray, residual: FloatArray, share: float, line: Line) -> Numbers:
         return Numbers(
-            residual=AgainstNoise(
+            residual=NoiseComparison(
                 residual_rms=float(np.sqrt(np.mean(residual**2))),
                 noise_sigma=self.channel.sigma,
                 samples=residual.size,

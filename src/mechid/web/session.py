@@ -16,13 +16,13 @@ from mechid.identification.identify import identify, identify_from
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
-from mechid.web.diagnosed import Diagnosed
 from mechid.web.estimate import Estimate, estimate_of, read_estimated
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
 from mechid.web.named_effect import NamedEffect
 from mechid.web.picture import Effect, Picture, Scene, Stretch, scenes_of
 from mechid.web.state import State, campaign_at, first_state
+from mechid.web.stored_diagnosis import StoredDiagnosis
 from mechid.web.sweep import SweepPicture, sweep_picture
 
 MOST_SHOWN = 4
@@ -43,7 +43,7 @@ class Source:
     estimate: Estimate | None = None
     workers: int | None = None
     journal: Path | None = None
-    diagnosed: Diagnosed | None = None
+    diagnosed: StoredDiagnosis | None = None
 
     @property
     def effects(self) -> tuple[NamedEffect, ...]:

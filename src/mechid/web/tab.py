@@ -19,12 +19,12 @@ from jinja2 import Template
 
 from mechid.errors import MechidError, UsageError
 from mechid.ink.template import asset, environment, page_style
-from mechid.web.diagnosed_shown import diagnosed_data
+from mechid.web.diagnosis_content import diagnosed_data
 from mechid.web.equations import Equations
 from mechid.web.figures import RunFigures, Slot
-from mechid.web.fit_shown import progress_curves
+from mechid.web.fit_content import progress_curves
+from mechid.web.page_content import limit_message, page_data, shown_data
 from mechid.web.session import MOST_SHOWN, Session, Source
-from mechid.web.shown import limit_message, page_data, shown_data
 from mechid.web.sweep_figure import SweepFigure
 
 POLL_MS = 200

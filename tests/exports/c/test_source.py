@@ -18,7 +18,7 @@ from mechid.exports.c.source import FILES, Source
 from mechid.exports.c.target import Options
 from mechid.exports.export import write_export
 from mechid.exports.handover import Handover, Trial
-from mechid.exports.trials import Found, compare_results, references
+from mechid.exports.reference_outputs import ExportedOutput, compare_results, references
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-O1")
@@ -267,13 +267,13 @@ def test_a_wrong_text_is_not_written(paper):
     (reference, *_) = references(paper)
     own = reference.switching
     switches = np.column_stack([own.time, own.switch, own.before, own.after])
-    assert compare_results([reference], [Found(reference.outputs, switches)], "it").largest_error == 0.0
+    assert compare_results([reference], [ExportedOutput(reference.outputs, switches)], "it").largest_error == 0.0
     with pytest.raises(MechidError, match="differs by"):
-        compare_results([reference], [Found(reference.outputs * (1.0 + 1e-6), switches)], "it")
+        compare_results([reference], [ExportedOutput(reference.outputs * (1.0 + 1e-6), switches)], "it")
     with pytest.raises(MechidError, match="differs by"):
-        compare_results([reference], [Found(np.full_like(reference.outputs, np.nan), switches)], "it")
+        compare_results([reference], [ExportedOutput(np.full_like(reference.outputs, np.nan), switches)], "it")
     with pytest.raises(MechidError, match="switches otherwise"):
-        compare_results([reference], [Found(reference.outputs, switches[:-1])], "it")
+        compare_results([reference], [ExportedOutput(reference.outputs, switches[:-1])], "it")
 
 
 def test_without_a_compiler_the_text_is_there_and_says_so(paper, tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ import pytest
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
-from mechid.exports.linear.held import Held
+from mechid.exports.linear.linearisation import HeldMechanism
 from mechid.exports.linear.state_space import Uncertain
 from mechid.plant.flight import to_flight, with_base
 from mechid.plant.layout import Base, Flying
@@ -28,7 +28,7 @@ def test_lines_and_the_response_to_the_base_add_up(command, rate, within):
     mode = OperatingMode(name="m", command=command, rates=np.array([rate]))
     alone, joined = (steady_state(m, mode, rate, (), enough_substeps(m, mode)) for m in (held, moved))
     empty = Uncertain((), (), np.zeros(0), np.zeros((0, 0)))
-    free = Held(small_signal(held), command, empty).models(0, 0)["free"]
+    free = HeldMechanism(small_signal(held), command, empty).models(0, 0)["free"]
     s = 2j * np.pi * rate
     base = s**2 / INERTIA / (s**2 + 2.0 * DAMPING * OMEGA * s + OMEGA**2)
     response = free.response([rate])[

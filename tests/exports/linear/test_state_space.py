@@ -80,7 +80,7 @@ def test_the_dict_is_plain_and_holds_the_matrices(model):
     np.testing.assert_array_equal(data["A"], model.matrices.A)
     np.testing.assert_array_equal(data["by_parameter"]["A"], model.by_parameter.A)
     assert data["states"] == {"names": ["x", "v"], "units": ["m", "m/s"]}
-    joined = model.matrices.joined
+    joined = model.matrices.block_matrix
     assert joined.shape == (3, 3)
     np.testing.assert_array_equal(joined[:2, :2], model.matrices.A)
     np.testing.assert_array_equal(joined[2:, :2], model.matrices.C)

@@ -23,7 +23,7 @@ from mechid.exports.handover import Trial
 from mechid.exports.stepping import choose_rates, steppings
 from mechid.exports.tables.check import compare_directly, refuse_difference
 from mechid.exports.tables.csv_file import read_csv, write_csv
-from mechid.exports.tables.of_forcing import forcing_tables
+from mechid.exports.tables.forcing_tables import forcing_tables
 from mechid.exports.tables.options import Options
 from mechid.exports.tables.table import Table, numbers, texts
 from mechid.plant.flight import to_flight, with_line_filter

@@ -11,7 +11,7 @@ import pytest
 from mechid.errors import UsageError
 from mechid.identification.computation.journal import Journal, last_run, pack, seal, unpack
 from mechid.identification.identify import identify
-from mechid.identification.output_error.identity import campaign_digests, file_digest
+from mechid.identification.output_error.digests import campaign_digests, file_digest
 from synthetic import bench, displaced, truth
 
 INPUTS = {"mechanism": "m"}

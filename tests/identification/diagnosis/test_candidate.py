@@ -35,7 +35,7 @@ def plain():
     return before.fit(before)
 
 
-def own_names(model, effect):
+def effect_parameter_names(model, effect):
     return model.law_parameters if effect == LAW else model.parameters[effect]
 
 
@@ -43,7 +43,11 @@ def measured_with(model, effect):
     """Return a model whose records hold an effect of a known size, made by itself without noise."""
     wide = model.add_effect(effect)
     values = model.problem.coordinates.values(model.q)
-    free = {name: SIZES[effect] for name in own_names(wide, effect) if not name.endswith(("phase_deg", "stiction"))}
+    free = {
+        name: SIZES[effect]
+        for name in effect_parameter_names(wide, effect)
+        if not name.endswith(("phase_deg", "stiction"))
+    }
     at = wide.at({**values, **free})
     rng = np.random.default_rng(1)
     targets = []
@@ -63,7 +67,7 @@ def test_an_effect_enters_a_model_and_leaves_it(plain, effect):
     assert effect in wide.effects
     assert wide.problem.size > plain.problem.size
     there = wide.move_to(plain)
-    own = [name in own_names(wide, effect) for name in wide.problem.coordinates.names]
+    own = [name in effect_parameter_names(wide, effect) for name in wide.problem.coordinates.names]
     if effect != LAW:  # a law has no null value
         assert there.cost == pytest.approx(plain.cost, rel=1e-9)
         assert np.all(distance_from_null(wide.problem, there.q)[own] == 0.0)

@@ -41,7 +41,7 @@ def test_clocks_of_all_and_of_each_record_add_up(clock):
     plain = make_problem(one, 1)
     clocks = [d for d in possible_disturbances(plain, one) if d.name in ("clock", "record.clock")]
     both = with_disturbances(plain, clocks)
-    own = dict.fromkeys(both.coordinates.own_names, 300.0) | {"campaign.clock_ppm": 100.0}
+    own = dict.fromkeys(both.coordinates.record_parameter_names, 300.0) | {"campaign.clock_ppm": 100.0}
     alone = with_disturbances(plain, clocks[:1])
     q, sums = both.coordinates.point(truth | own), alone.coordinates.point(truth | {"campaign.clock_ppm": 400.0})
     for target, other in zip(both.targets, alone.targets, strict=True):

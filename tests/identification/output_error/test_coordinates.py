@@ -72,7 +72,7 @@ def problem():
 
 def test_what_records_share_is_one_coordinate(problem):
     """Truth: the names of what is free."""
-    assert problem.coordinates.own_names == (
+    assert problem.coordinates.record_parameter_names == (
         "campaign.clock_ppm",
         "record.full_46.peak_voltage",
         "record.full_46.coil_resistance",
@@ -88,7 +88,7 @@ def test_derivatives_are_those_of_differences(problem):
     for target in problem.targets:
         run = problem.model.run(target, q, target.samples, jacobian=True)
         J = np.vstack([at.block_slopes(target, 0, b, b.stop - b.start).copy() for b in run.blocks()])
-        for j, name in enumerate(at.own_names, problem.space.size):
+        for j, name in enumerate(at.record_parameter_names, problem.space.size):
             for width in (widths[name.rpartition(".")[2]], 0.3 * widths[name.rpartition(".")[2]]):
                 step = width * np.eye(problem.size)[j]
                 low, high = (problem.model.predict(target, q + s * step, target.samples)[0] for s in (-1, 1))

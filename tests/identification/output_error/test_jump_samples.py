@@ -5,7 +5,7 @@ import pytest
 
 from mechid.identification.output_error.jump_samples import Colour, samples_at
 from mechid.signal.autoregression import Autoregression
-from mechid.simulation.noted import Jumps
+from mechid.simulation.switch_log import Jumps
 
 SAMPLES, DRAWS = 500, 4000
 COLOURS = {

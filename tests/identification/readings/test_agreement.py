@@ -175,6 +175,6 @@ def test_a_few_records_whose_noise_was_raised_are_compared_with_the_others():
     problem = make_problem(bench, 1)
     q = problem.coordinates.point({name: truth().value(name) for name in FACTORS})
     found = agreement_of_others(problem, ["micro_46"], q, 0)
-    ((name, (_, reading)),) = found.judged.items()
+    ((name, (_, reading)),) = found.scores.items()
     assert (name, found.left_out, found.growth.complete) == ("micro_46", {}, True)
     assert reading.reading.scale == pytest.approx(1.0 / 0.9, rel=5e-3)

@@ -99,7 +99,7 @@ def test_a_fit_without_its_campaign_is_refused(fit):
 
 
 def test_a_fit_of_grade_c_has_no_optimum(fit):
-    with pytest.raises(FitError, match=r"no optimum: Grade C"):
+    with pytest.raises(FitError, match=r"can be refitted; this one: Grade C"):
         _ = replace(fit, grade=Grade.C).optimum
 
 

@@ -11,7 +11,7 @@ from mechid.errors import UsageError
 from mechid.identification.result.estimate_file import write_estimate
 from mechid.identification.result.fit import OPTIMUM, REBUILD
 from mechid.identification.result.fit_file import read_numbers
-from mechid.identification.result.missing import Missing
+from mechid.identification.result.missing_effects import Missing
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 
 FREE, KNOWN = "gear.stiffness", "gear.damping"

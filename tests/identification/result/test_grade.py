@@ -47,7 +47,7 @@ def test_stretches_of_time_count_where_nothing_else_was_compared():
 
 
 def test_a_search_that_stopped_short_still_has_an_optimum():
-    short = {one for one in FitOutcome if one.stopped_short}
+    short = {one for one in FitOutcome if one.has_stopped_short}
     assert short == {FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED}
     assert all(one.has_optimum for one in short)
     assert not any(one.has_optimum for one in (FitOutcome.FAILED, FitOutcome.INTERRUPTED, FitOutcome.HORIZON))

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from mechid.identification.result.missing import OwnValue
+from mechid.identification.result.missing_effects import EffectValue
 from mechid.identification.result.record_result import ChannelFit, MaskedMoment, Nuisance, RecordFit, masks_of
 
 
@@ -48,8 +48,8 @@ def test_figures_of_a_channel_that_a_record_lacks_are_its_own():
 
 
 def test_parameters_of_a_held_out_record_come_back_from_json():
-    own = {"record.a.gain": OwnValue(value=1.0123456, std_error=2e-4, unit="1")}
-    own |= {"record.a.time_offset": OwnValue(value=0.5, std_error=None, unit="s")}
+    own = {"record.a.gain": EffectValue(value=1.0123456, std_error=2e-4, unit="1")}
+    own |= {"record.a.time_offset": EffectValue(value=0.5, std_error=None, unit="s")}
     found = Nuisance(samples=10, until_s=0.1, parameters=own)
     assert Nuisance.from_dict(json.loads(json.dumps(found.to_dict()))) == found
     assert [*found.words()] == ["gain = 1.01235 +- 0.0002 1", "time_offset = 0.5 s"]

@@ -10,7 +10,7 @@ from little_memory import little_memory  # noqa: F401
 from mechid.analysis import validate
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.search.gates import grow_horizons
-from mechid.signal.stored import StoredSeries, as_writable
+from mechid.signal.stored_series import StoredSeries, as_writable
 from synthetic import bench, displaced, truth
 
 FREE = {"gear.stiffness": 1.02, "gear.damping": 0.9}

@@ -10,7 +10,7 @@ from mechid.identification.search.multistart import Candidate
 from mechid.identification.stages import effect_rungs
 from mechid.identification.stages.effect_rungs import tune_periods
 from mechid.identification.stages.first_look import FirstLook
-from mechid.identification.stages.term_growth import Reached
+from mechid.identification.stages.term_growth import GrownModel
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def test_friction_over_the_angle_takes_the_order_that_longer_windows_tell(climb,
     """Truth: by hand: order 29 leaves less; what then comes less far is not taken."""
     families, q = climb.families, climb.best.q
     first, better = (families.with_effect(families.bare, f"friction.position:output:{k}") for k in (28, 29))
-    grown, seen = Reached(first, followed(first.problem.start, 400)), []
+    grown, seen = GrownModel(first, followed(first.problem.start, 400)), []
 
     def look(*given):
         seen.append(given[3:5])
@@ -30,11 +30,11 @@ def test_friction_over_the_angle_takes_the_order_that_longer_windows_tell(climb,
 
     monkeypatch.setattr(effect_rungs, "look_at_periods", look)
     for samples, taken in ((SAMPLES, True), (300, False)):
-        again = Reached(better, followed(better.problem.start, samples))
+        again = GrownModel(better, followed(better.problem.start, samples))
         monkeypatch.setattr(effect_rungs, "grow_model", lambda *_args, again=again, **_options: again)
         assert tune_periods(climb, families, grown) is (again if taken else grown)
     assert seen[0] == ("friction.position:output:28", {"full_46": (0, SAMPLES)}), "0.1 s past the horizon at least"
-    bare = Reached(families.bare, followed(q, 400))
+    bare = GrownModel(families.bare, followed(q, 400))
     assert tune_periods(climb, families, bare) is bare
     assert [term for term, _ in seen] == [f"friction.position:output:{k}" for k in (28, 29, 28)], "none of the bare one"
 

@@ -14,7 +14,7 @@ from mechid.identification.stages import ladder
 from mechid.identification.stages.budget import complete_work, effects_budget, ladder_budget
 from mechid.identification.stages.ladder import Rung, climb_ladder
 from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.term_growth import Reached, grow_model
+from mechid.identification.stages.term_growth import GrownModel, grow_model
 from mechid.identification.stages.watch import Watch
 from mechid.simulation.work import count, work_counter
 
@@ -62,7 +62,7 @@ def test_nothing_is_tried_where_all_is_followed_already(climb):
 def test_the_furthest_growth_is_kept(climb):
     """Truth: shares by hand; a rung that comes less far changes nothing."""
     model = climb.families.bare
-    far, near = (Reached(model, followed(climb.best.q, n)) for n in (700, 300))
+    far, near = (GrownModel(model, followed(climb.best.q, n)) for n in (700, 300))
     at = climb.with_growth(far)
     assert at.reached is far
     assert at.with_growth(near).reached is far
@@ -72,7 +72,7 @@ def test_the_furthest_growth_is_kept(climb):
 
 def test_a_growth_that_follows_all_records_is_settled(climb, monkeypatch):
     """Truth: what settling returns, or refuses."""
-    complete = Reached(climb.families.bare, followed(climb.best.q, SAMPLES))
+    complete = GrownModel(climb.families.bare, followed(climb.best.q, SAMPLES))
     settled = replace(climb.state, warnings=("settled",))
     monkeypatch.setattr(ladder, "settle", lambda _watch, _state, reached, _seed: (settled, reached.growth))
     end = climb.with_growth(complete)

@@ -70,8 +70,8 @@ def test_a_raised_level_is_noted_beside_the_search(restless):
     raised = READINGS[0].attempt(restless)
     assert raised.state is restless.state
     assert not raised.complete
-    assert raised.at_raised[1].complete
-    assert restless.at_raised == (restless.state, restless.growth)
+    assert raised.state_at_raised_noise[1].complete
+    assert restless.state_at_raised_noise == (restless.state, restless.growth)
     alone = READINGS[1].attempt(raised)
     assert alone is raised, "of one record none is left to say how it is to be read"
     assert READINGS[2].attempt(restless) is restless, "nothing was raised"

@@ -19,7 +19,7 @@ from mechid.identification.search.gates import Growth
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.families import TERMS_AND_RECORDS, Families
 from mechid.identification.stages.term_growth import (
-    Reached,
+    GrownModel,
     free_family_at_stall,
     select_needed_disturbances,
     settle,
@@ -42,7 +42,7 @@ def with_hum(chi_square):
     plain = make_problem(made, 1)
     model = augment(plain, AddedTerms(made.mechanism), None, (), (HUM,), "hum")
     growth = Growth(transfer_values(plain, plain.start, model.problem), {"full_46": torque.size}, True, 0)
-    return plain, Reached(model, growth)
+    return plain, GrownModel(model, growth)
 
 
 @pytest.mark.parametrize("chi_square", [0.0, 6.0, 14.0])
@@ -81,7 +81,7 @@ def beside(*, amplitude):
 
 
 def all_followed(model, q):
-    return Reached(model, Growth(q, {t.name: t.samples for t in model.problem.targets}, True, 3))
+    return GrownModel(model, Growth(q, {t.name: t.samples for t in model.problem.targets}, True, 3))
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +93,7 @@ def test_what_is_needed_where_a_growth_stalls_is_kept_alone(lacking):
     """Truth: the harmonic that made the records."""
     watch, state, families = lacking
     horizons = {t.name: t.samples // 2 for t in state.problem.targets}
-    stalled = Reached(families.bare, Growth(state.q, horizons, False, 3))
+    stalled = GrownModel(families.bare, Growth(state.q, horizons, False, 3))
     small = free_family_at_stall(watch, families, stalled, TERMS_AND_RECORDS)
     assert small.model.effects == (HARMONIC,)
     assert small.growth.horizons == horizons, "it has not been grown"
@@ -135,7 +135,9 @@ def test_what_has_not_arrived_is_a_state_with_its_effects(lacking):
     model = families.with_effect(families.bare, HARMONIC)
     windows = {t.name: (0, t.samples // 2) for t in state.problem.targets}
     q = solve(model.problem, model.point_of(families.bare, state.q), windows, steps=20).q
-    so_far = unfinished_state(state, Reached(model, Growth(q, {n: stop for n, (_, stop) in windows.items()}, False, 3)))
+    so_far = unfinished_state(
+        state, GrownModel(model, Growth(q, {n: stop for n, (_, stop) in windows.items()}, False, 3))
+    )
     assert so_far.added.terms == (HARMONIC,)
     assert "stepper.torque_harmonic.1.order" not in so_far.problem.space.mechanism.parameters
     before, after = model.problem.coordinates.values(q), so_far.problem.coordinates.values(so_far.q)

@@ -7,7 +7,7 @@ import pytest
 
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.result.search_state import Frozen
+from mechid.identification.result.search_state import HeldParameter
 from mechid.identification.search.solve import covariance
 from mechid.identification.uncertainty.further_errors import consider_covariance
 from synthetic import COMMANDS, bench, bounded, campaign, displaced, measured, record, truth
@@ -73,7 +73,7 @@ def test_the_consider_covariance_is_that_of_the_dense_matrices():
     every, slopes = problem.coordinates.value_slopes(q)
     assert every == names
     white = slopes @ covariance(problem.joint(q, windows)) @ slopes.T
-    found = consider_covariance(problem, q, windows, [Frozen(held, 0.0, sigma, "")], names, white)
+    found = consider_covariance(problem, q, windows, [HeldParameter(held, 0.0, sigma, "")], names, white)
 
     def torque(values):
         at = replace(problem, space=SearchSpace(made.mechanism.with_values(values)))

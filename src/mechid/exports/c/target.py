@@ -13,11 +13,11 @@ import numpy as np
 
 from mechid.exports.c.compiler import CompilerError, compile_sources
 from mechid.exports.c.source import FILES, Source
-from mechid.exports.export import Checked, Written
+from mechid.exports.export import TargetOutput, Verification
 from mechid.exports.handover import Handover, Trial
 from mechid.exports.option_texts import NO, yes_or_no
+from mechid.exports.reference_outputs import ExportedOutput, compare_results, references, sample_rate_hz, substeps
 from mechid.exports.stand import read_stand, select_mechanism
-from mechid.exports.trials import Found, compare_results, references, sample_rate_hz, substeps
 from mechid.writing import write_atomically
 
 MOST_POINTS = 256
@@ -57,7 +57,7 @@ class Options:
         return cls(sensitivities=sensitivities, stand=stand, values=values)
 
 
-def write_target(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+def write_target(handover: Handover, folder: Path, options: Options | None = None) -> TargetOutput:
     """Write mechanism.h, mechanism.c, main.c and CMakeLists.txt, and compare their output with the kernel.
 
     Raises
@@ -76,14 +76,14 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     try:
         found = _check(source, folder)
     except CompilerError as error:
-        return Written(FILES, None, (f"Not compared: {error}.", *words))
+        return TargetOutput(FILES, None, (f"Not compared: {error}.", *words))
     if found is None:
         # Without a comparison the user has to know that the files are unverified.
         words.insert(0, "Not compared: no record is stepped from rest at the rate of the others.")
-    return Written(FILES, found, tuple(words))
+    return TargetOutput(FILES, found, tuple(words))
 
 
-def _check(source: Source, folder: Path) -> Checked | None:
+def _check(source: Source, folder: Path) -> Verification | None:
     """Compile the source and compare it under the commands of the records."""
     with TemporaryDirectory() as aside:
         program = compile_sources([folder / "mechanism.c", folder / "main.c"], Path(aside) / "mechanism")
@@ -94,7 +94,7 @@ def _check(source: Source, folder: Path) -> Checked | None:
         return compare_results(tried, results, "the C text's result")
 
 
-def _run(program: Path, trial: Trial, folder: Path) -> Found:
+def _run(program: Path, trial: Trial, folder: Path) -> ExportedOutput:
     """Run the compiled program under a command."""
     command, switches = folder / "command.csv", folder / "switches.csv"
     command.write_text(command_text(trial), encoding="utf-8")
@@ -106,7 +106,7 @@ def _run(program: Path, trial: Trial, folder: Path) -> Found:
         raise CompilerError(f"the compiled program ended with {done.returncode}: {done.stderr.strip()}")
     outputs = np.loadtxt(io.StringIO(done.stdout), delimiter=",", skiprows=1, ndmin=2)[:, 1:]
     text = switches.read_text(encoding="utf-8")
-    return Found(outputs, np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2) if text else np.zeros((0, 4)))
+    return ExportedOutput(outputs, np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2) if text else np.zeros((0, 4)))
 
 
 def command_text(trial: Trial) -> str:

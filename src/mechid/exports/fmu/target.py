@@ -7,20 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
-from mechid.exports.export import Checked, Written
+from mechid.exports.export import TargetOutput, Verification
 from mechid.exports.fmu.importer import Importer
 from mechid.exports.fmu.options import Options
 from mechid.exports.fmu.unit import VERSIONS, Unit, with_ports, without_ports
 from mechid.exports.fmu.variables import POINTS
 from mechid.exports.handover import Handover
-from mechid.exports.trials import Found, Reference, compare_results, references
+from mechid.exports.reference_outputs import ExportedOutput, Reference, compare_results, references
 
 STEP_S = 0.01
 """Communication step in the comparison of a unit, in s."""
 MOVING_BASE = "Its base may turn, by the inputs base_acceleration, base_rate and base_angle."
 
 
-def write_target(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+def write_target(handover: Handover, folder: Path, options: Options | None = None) -> TargetOutput:
     """Write `<name>_fmi2.fmu` and `<name>_fmi3.fmu`, and compare their output with the kernel.
 
     Raises
@@ -38,14 +38,14 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     missing = [unit.write(version, folder / name) for version, name in files.items()]
     words = [] if chosen.stand else [MOVING_BASE]
     if missing[0] is not None:
-        return Written(tuple(files.values()), None, (f"Without binary, not compared: {missing[0]}.", *words))
+        return TargetOutput(tuple(files.values()), None, (f"Without binary, not compared: {missing[0]}.", *words))
     # Units hold a limited number of points of a rate profile.
     tried = [r for r in references(at_rest) if len(r.trial.command.rate.times_s) <= POINTS]
     found = [_compare(tried, folder / name, version, unit) for version, name in files.items()]
-    return Written(tuple(files.values()), _worse(found), tuple(words))
+    return TargetOutput(tuple(files.values()), _worse(found), tuple(words))
 
 
-def _compare(tried: list[Reference], path: Path, version: str, unit: Unit) -> Checked | None:
+def _compare(tried: list[Reference], path: Path, version: str, unit: Unit) -> Verification | None:
     """Compare a unit at its communication points with the kernel."""
     count = len(unit.handover.mechanism.plant.outputs)
     thinned, results = [], []
@@ -54,13 +54,13 @@ def _compare(tried: list[Reference], path: Path, version: str, unit: Unit) -> Ch
             base = reference.trial.base
             rows = np.arange(0, base.samples, max(round(STEP_S * base.sample_rate_hz), 1))
             steps = np.diff(rows) / base.sample_rate_hz
-            results.append(Found(importer.outputs(reference.trial, steps, count)))
+            results.append(ExportedOutput(importer.outputs(reference.trial, steps, count)))
             # The reference is reduced to the communication points of the unit.
             thinned.append(replace(reference, outputs=reference.outputs[rows]))
     return compare_results(thinned, results, f"the torque of the unit for FMI {version}.0")
 
 
-def _worse(found: list[Checked | None]) -> Checked | None:
+def _worse(found: list[Verification | None]) -> Verification | None:
     both = [one for one in found if one is not None]
     if not both:
         return None

@@ -20,8 +20,8 @@ from mechid.exports.c.source import STEPS, Source
 from mechid.exports.fmu.description import build_description, description_2, description_3
 from mechid.exports.fmu.variables import POINTS, variables_of
 from mechid.exports.handover import Handover
+from mechid.exports.reference_outputs import sample_rate_hz, substeps
 from mechid.exports.stand import select_mechanism, with_outputs
-from mechid.exports.trials import sample_rate_hz, substeps
 from mechid.parameter import Role
 from mechid.plant.assembly import plant_of
 from mechid.plant.flight import moving_base_objection, with_base

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from mechid.arrays import FloatArray
-from mechid.exports.linear.held import Held
+from mechid.exports.linear.linearisation import HeldMechanism
 from mechid.exports.linear.state_space import Matrices
 from mechid.kernel.equations import equations_of
 from mechid.simulation.linearisation import Linearised
@@ -33,7 +33,7 @@ error."""
 class _Driven:
     """Nonlinear equations about an equilibrium, with varying external inputs."""
 
-    held: Held
+    held: HeldMechanism
     about: Linearised
     kept: list[int]
 
@@ -60,12 +60,12 @@ class _Driven:
         return np.array(every)
 
 
-def departure(held: Held, name: str, matrices: Matrices) -> float:
+def departure(held: HeldMechanism, name: str, matrices: Matrices) -> float:
     """Return the largest deviation of the outputs from the linear model, relative to the response.
 
     Parameters
     ----------
-    held : Held
+    held : HeldMechanism
     name : str
         Name of the model, which describes the state of friction.
     matrices : Matrices

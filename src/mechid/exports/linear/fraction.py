@@ -69,9 +69,9 @@ def fraction(model: LinearModel) -> Fraction:
     rows, columns = _scales(model)
     size = np.sqrt(np.outer(rows, columns))
     directions = _directions(model, size)
-    changes = np.tensordot(directions.T, model.by_uncertain.joined, axes=1)
+    changes = np.tensordot(directions.T, model.by_uncertain.block_matrix, axes=1)
     found = [_split(change, rows, columns) for change in changes]
-    n, whole = len(model.matrices.A), model.matrices.joined
+    n, whole = len(model.matrices.A), model.matrices.block_matrix
     left = np.hstack([np.zeros((len(whole), 0)), *(one for one, _ in found)])
     right = np.vstack([np.zeros((0, whole.shape[1])), *(other for _, other in found)])
     r, own = left.shape[1], model.matrices
@@ -95,14 +95,14 @@ def _directions(model: LinearModel, size: FloatArray) -> FloatArray:
     safe = np.where(sigma > 0.0, sigma, 1.0)
     spread, axes = np.linalg.eigh(model.uncertain.covariance / np.outer(safe, safe))
     root = safe[:, None] * axes * np.sqrt(np.maximum(spread, 0.0))
-    effects = np.tensordot(root.T, model.by_uncertain.joined / size, axes=1).reshape(root.shape[1], size.size)
+    effects = np.tensordot(root.T, model.by_uncertain.block_matrix / size, axes=1).reshape(root.shape[1], size.size)
     turned, effective, _ = np.linalg.svd(effects, full_matrices=False)
     return np.asarray(root @ turned[:, effective > NO_EFFECT * effective.max(initial=0.0)], dtype=np.float64)
 
 
 def _scales(model: LinearModel) -> tuple[FloatArray, FloatArray]:
     """Return the magnitude of each row and column of [A B; C D], which makes entries of different units comparable."""
-    whole = np.abs(model.matrices.joined)
+    whole = np.abs(model.matrices.block_matrix)
     rows, columns = whole.max(axis=1, initial=0.0), whole.max(axis=0, initial=0.0)
     return np.where(rows > 0.0, rows, 1.0), np.where(columns > 0.0, columns, 1.0)
 

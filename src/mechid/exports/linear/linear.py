@@ -16,7 +16,7 @@ from mechid.exports.forcing import Forcing, estimate_on_base, forcing
 from mechid.exports.handover import Handover, handover
 from mechid.exports.linear.forcing import KEPT, OrderForcing, sort_by_orders
 from mechid.exports.linear.fraction import fraction
-from mechid.exports.linear.held import Held, uncertain_of
+from mechid.exports.linear.linearisation import HeldMechanism, uncertain_of
 from mechid.exports.linear.options import Options
 from mechid.exports.linear.state_space import LinearModel, Uncertain
 from mechid.exports.option_texts import refuse_values
@@ -44,7 +44,7 @@ class Linear:
     Attributes
     ----------
     name : str
-    held : Held
+    held : HeldMechanism
         The mechanism, and the command whose start angle it holds.
     uncertain : Uncertain
         Parameters with a covariance.
@@ -58,7 +58,7 @@ class Linear:
     """
 
     name: str
-    held: Held
+    held: HeldMechanism
     uncertain: Uncertain
     models: Mapping[str, LinearModel]
     forcing: tuple[OrderForcing, ...]
@@ -101,7 +101,7 @@ def linear_of(source: Handover, options: Options | None = None) -> Linear:
     options = options or Options()
     _refuse(source, options)
     estimate = estimate_on_base(source, options.values, stand=options.stand)
-    held = Held(small_signal(estimate.mechanism), _command(source, options), uncertain_of(estimate))
+    held = HeldMechanism(small_signal(estimate.mechanism), _command(source, options), uncertain_of(estimate))
     models = _models(held, options)
     every = tuple(sort_by_orders(one, estimate) for one in _forcings(source, options, estimate))
     return Linear(
@@ -115,7 +115,7 @@ def linear_of(source: Handover, options: Options | None = None) -> Linear:
     )
 
 
-def _models(held: Held, options: Options) -> dict[str, LinearModel]:
+def _models(held: HeldMechanism, options: Options) -> dict[str, LinearModel]:
     try:
         # NumPy warns of a division by 0 by default; here it is an error of the given values.
         with np.errstate(divide="raise", invalid="raise"):
@@ -169,7 +169,11 @@ def _forcings(source: Handover, options: Options, estimate: Estimate) -> Iterato
 
 
 def _words(
-    held: Held, models: Mapping[str, LinearModel], every: tuple[OrderForcing, ...], estimate: Estimate, options: Options
+    held: HeldMechanism,
+    models: Mapping[str, LinearModel],
+    every: tuple[OrderForcing, ...],
+    estimate: Estimate,
+    options: Options,
 ) -> Iterator[str]:
     angle = f"{held.command.start_angle_deg:g} electrical degrees"
     stands = keeps_stand(estimate.mechanism)

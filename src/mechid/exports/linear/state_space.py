@@ -40,7 +40,7 @@ class Matrices:
         return self.A, self.B, self.C, self.D
 
     @property
-    def joined(self) -> FloatArray:
+    def block_matrix(self) -> FloatArray:
         """[A B; C D], (..., n + n_y, n + m)."""
         return np.concatenate(
             [np.concatenate([self.A, self.B], axis=-1), np.concatenate([self.C, self.D], axis=-1)], axis=-2

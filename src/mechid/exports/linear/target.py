@@ -10,7 +10,7 @@ import numpy as np
 from scipy.io import loadmat
 
 from mechid.errors import FitError
-from mechid.exports.export import Checked, Written
+from mechid.exports.export import TargetOutput, Verification
 from mechid.exports.handover import Handover
 from mechid.exports.linear.check import FREQUENCIES_HZ, departure
 from mechid.exports.linear.linear import Linear, linear_of
@@ -26,7 +26,7 @@ AGREES = 1e-4
 """Largest deviation of a model from the equations, relative to its response."""
 
 
-def write_target(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+def write_target(handover: Handover, folder: Path, options: Options | None = None) -> TargetOutput:
     """Write the linear models of a handover into a folder.
 
     Raises
@@ -42,10 +42,10 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     write_atomically(folder / JSON, json_text(linear.to_dict(), indent=None))
     write_mat(linear, folder / MAT)
     write_atomically(folder / FUNCTION, UNCERTAIN_SS)
-    return Written(FILES, _check(linear, folder), linear.words)
+    return TargetOutput(FILES, _check(linear, folder), linear.words)
 
 
-def _check(linear: Linear, folder: Path) -> Checked:
+def _check(linear: Linear, folder: Path) -> Verification:
     """Compare the models of both files with the nonlinear equations, and return their largest deviation."""
     from_mat = loadmat(folder / MAT)
     from_json = json.loads((folder / JSON).read_text(encoding="utf-8"))["models"]
@@ -64,7 +64,7 @@ def _check(linear: Linear, folder: Path) -> Checked:
         )
     hertz = ", ".join(f"{f:g}" for f in FREQUENCIES_HZ)
     against = f"the nonlinear equations in time, a small sine of {hertz} Hz into each input; relative to the response"
-    return Checked(against, max(off), float(np.sqrt(np.mean(np.square(off)))))
+    return Verification(against, max(off), float(np.sqrt(np.mean(np.square(off)))))
 
 
 def _matrices(found: Any) -> Matrices:

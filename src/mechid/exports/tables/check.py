@@ -34,7 +34,7 @@ ALIKE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Direct:
+class DirectComparison:
     """Comparison of the lines at one rate with a direct simulation.
 
     Attributes
@@ -57,7 +57,7 @@ class Direct:
     largest: float
 
 
-def compare_directly(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct | None:
+def compare_directly(lined: Mechanism, lanes: int, forcing: Forcing) -> DirectComparison | None:
     """Compare the motion with the largest torque; None if no periodic motion is reached from rest.
 
     Parameters
@@ -78,7 +78,9 @@ def compare_directly(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct |
     coarse, fine = (_lines(lined, lanes, forcing, state, skipped, times, finer) for finer in (1, 2))
     # Richardson extrapolation: the error is of first order in the sample length.
     off = np.abs(2.0 * fine - coarse) - np.abs(state.lines)
-    return Direct(forcing.stepping.name, state.rate, (skipped + times) * period_s, off, float(abs(state.lines).max()))
+    return DirectComparison(
+        forcing.stepping.name, state.rate, (skipped + times) * period_s, off, float(abs(state.lines).max())
+    )
 
 
 def _stand_decay_s(lined: Mechanism) -> float:

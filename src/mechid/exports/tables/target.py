@@ -12,16 +12,16 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.hdf5 import is_available
 from mechid.budgets.steady_state import cut_off
-from mechid.exports.export import Checked, Written
+from mechid.exports.export import TargetOutput, Verification
 from mechid.exports.forcing import Forcing, estimate_on_base, forcing
 from mechid.exports.handover import Handover
 from mechid.exports.stepping import choose_rates, steppings
 from mechid.exports.tables import csv_file, hdf5, workbook
 from mechid.exports.tables.bulk import write_bulk
-from mechid.exports.tables.check import Direct, compare_directly, refuse_difference
+from mechid.exports.tables.check import DirectComparison, compare_directly, refuse_difference
+from mechid.exports.tables.estimate_tables import estimate_tables, provenance_table
+from mechid.exports.tables.forcing_tables import forcing_tables
 from mechid.exports.tables.history import simulate_history
-from mechid.exports.tables.of_estimate import estimate_tables, provenance_table
-from mechid.exports.tables.of_forcing import forcing_tables
 from mechid.exports.tables.options import Options
 from mechid.exports.tables.table import Table, column_table
 from mechid.plant.flight import keeps_stand, with_line_filter
@@ -52,7 +52,7 @@ class _Torque:
     lanes: int
 
 
-def write_target(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+def write_target(handover: Handover, folder: Path, options: Options | None = None) -> TargetOutput:
     """Write the tables into a folder.
 
     Parameters
@@ -90,7 +90,7 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     files = _write(handover, (*tables, *histories), folder)
     if torque:
         files.append(write_bulk(torque.forcings, options, handover.provenance, folder))
-    return Written(tuple(files), _check(directs), words)
+    return TargetOutput(tuple(files), _check(directs), words)
 
 
 def _torque(handover: Handover, options: Options) -> _Torque | None:
@@ -123,17 +123,17 @@ def _write(handover: Handover, tables: Sequence[Table], folder: Path) -> list[st
     return files
 
 
-def _check(directs: Sequence[Direct]) -> Checked | None:
+def _check(directs: Sequence[DirectComparison]) -> Verification | None:
     """Summarise the comparison with direct simulations; None if there are none."""
     if not directs:
         return None
     off = np.concatenate([one.off for one in directs])
     where = ", ".join(f"{one.stepping} at {one.rate:.6g} steps/s" for one in directs)
     against = f"direct simulations from rest ({where}), lines in N m; every number in every table was read back"
-    return Checked(against, float(np.abs(off).max()), float(np.sqrt(np.mean(off**2))))
+    return Verification(against, float(np.abs(off).max()), float(np.sqrt(np.mean(off**2))))
 
 
-def _words(torque: _Torque | None, directs: Sequence[Direct]) -> Iterator[str]:
+def _words(torque: _Torque | None, directs: Sequence[DirectComparison]) -> Iterator[str]:
     """Yield remarks for the user of the tables."""
     if not is_available():
         yield NO_HDF5

@@ -159,14 +159,14 @@ class Journal:
         inputs = with_version(inputs)
         with creating_folder(path.parent):
             lines, notice = read_entries(path)
-            begun = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
-            if not resume or begun is None:
+            initial = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
+            if not resume or initial is None:
                 journal = cls(path, notice=notice)
                 journal.inputs = digest(inputs)
                 journal.note(STARTED, **entries, inputs=inputs)
                 return journal
-            _refuse_others(path, lines[begun].get("inputs", {}), inputs)
-            journal = cls(path, {line["key"]: line for line in lines[begun:] if line["event"] == STEP}, notice)
+            _refuse_others(path, lines[initial].get("inputs", {}), inputs)
+            journal = cls(path, {line["key"]: line for line in lines[initial:] if line["event"] == STEP}, notice)
             journal.inputs = digest(inputs)
             journal.note(RESUMED)
         return journal
@@ -284,8 +284,8 @@ def last_run(path: Path) -> tuple[dict[str, str], tuple[str, ...]]:
     events = tuple(line["event"] for line in lines)
     if STARTED not in events:
         return {}, ()
-    begun = len(events) - 1 - events[::-1].index(STARTED)
-    return dict(lines[begun].get("inputs", {})), events[begun:]
+    initial = len(events) - 1 - events[::-1].index(STARTED)
+    return dict(lines[initial].get("inputs", {})), events[initial:]
 
 
 def with_version(inputs: Mapping[str, str]) -> dict[str, str]:

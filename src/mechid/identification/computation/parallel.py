@@ -132,7 +132,7 @@ def in_threads(
         try:
             return one(number)
         except BaseException:
-            # Set here and not where the caller waits, which under load may wake after further tasks have begun.
+            # Set here and not where the caller waits, which under load may wake after further tasks have initial.
             abandoned.set()
             raise
 

@@ -68,7 +68,7 @@ class Setting:
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class CandidateModel:
     """A mechanism with some effects, at its optimum.
 
     Attributes
@@ -131,34 +131,34 @@ class Model:
         """Share of the records' samples that lie in the windows."""
         return self.setting.samples / replace(self.setting, windows=self.setting.problem.whole_windows()).samples
 
-    def move_to(self, other: Model) -> Model:
+    def move_to(self, other: CandidateModel) -> CandidateModel:
         """Move the model to the point of another one, in that one's windows and at its noise levels."""
         there = replace(self, setting=other.setting)
         return there._at_point(transfer_values(other.problem, other.q, there.problem))
 
-    def restrict_windows(self, horizons: Mapping[str, int]) -> Model:
+    def restrict_windows(self, horizons: Mapping[str, int]) -> CandidateModel:
         """Restrict the windows to the first samples of each record; the point stays."""
         windows = {name: (0, n) for name, n in horizons.items()}
         return replace(self, setting=replace(self.setting, windows=windows))._at_point(self.q)
 
-    def lower_levels(self) -> Model:
+    def lower_levels(self) -> CandidateModel:
         """Lower the noise levels to the residuals within the windows; return the same model where none is above."""
         problem = lower_levels(self.problem, self.q, self.setting.windows)
         return self if problem is self.problem else self.at_levels(problem)
 
-    def at_levels(self, problem: Problem) -> Model:
+    def at_levels(self, problem: Problem) -> CandidateModel:
         """Take over the noise levels of a problem; the point stays."""
         setting = replace(self.setting, problem=copy_levels(self.setting.problem, problem))
         return replace(self, setting=setting)._at_point(self.q)
 
-    def _at_point(self, q: FloatArray) -> Model:
+    def _at_point(self, q: FloatArray) -> CandidateModel:
         return replace(self, q=q, cost=self.problem.total_norm(q, self.setting.windows) ** 2)
 
-    def keep_effects(self, effects: Collection[str]) -> Model:
+    def keep_effects(self, effects: Collection[str]) -> CandidateModel:
         """Keep only some terms and disturbances, and fit."""
         return self.restrict_to(effects).fit(self)
 
-    def restrict_to(self, effects: Collection[str]) -> Model:
+    def restrict_to(self, effects: Collection[str]) -> CandidateModel:
         """Keep only some terms and disturbances, without a fit."""
         terms, disturbances = ([n for n in names if n in effects] for names in (self.terms, self.disturbances))
         return replace(self, terms=tuple(terms), disturbances=tuple(disturbances))
@@ -238,11 +238,11 @@ class Model:
         known = self.setting.problem.space.mechanism.parameters
         return tuple(p.name for p in self.base.free if p.name not in known)
 
-    def with_effect(self, effect: str) -> Model:
+    def with_effect(self, effect: str) -> CandidateModel:
         """Add an effect, fit, and grow the horizons again."""
         return self.add_effect(effect).fit(self).regrow()
 
-    def add_effect(self, effect: str) -> Model:
+    def add_effect(self, effect: str) -> CandidateModel:
         """Add an effect at its null value, or a law at its start, without a fit."""
         if effect in self._library_names:
             return replace(self, terms=(*self.terms, effect))
@@ -251,19 +251,19 @@ class Model:
         law = next(law for law in self.other_laws if law.name == effect)
         return self.use_law(law, law.mechanism)
 
-    def remove_effect(self, effect: str) -> Model:
+    def remove_effect(self, effect: str) -> CandidateModel:
         """Remove an effect, without a fit."""
         rest = [name for name in self.effects if name != effect]
         return self._without_law(effect) if effect in self.laws else self.restrict_to(rest)
 
-    def without(self, effect: str) -> Model:
+    def without(self, effect: str) -> CandidateModel:
         """Remove an effect and fit; the result is cached."""
         if effect not in self._fits_without:
             self._fits_without[effect] = self.remove_effect(effect).fit(self)
         return self._fits_without[effect]
 
     @cached_property
-    def _fits_without(self) -> dict[str, Model]:
+    def _fits_without(self) -> dict[str, CandidateModel]:
         return {}
 
     @cached_property
@@ -274,7 +274,7 @@ class Model:
             count_effective_samples(self.problem, self.q, self.setting.windows) if math.isfinite(self.cost) else whole
         )
 
-    def _without_law(self, name: str) -> Model:
+    def _without_law(self, name: str) -> CandidateModel:
         base, values = self.setting.problem.space.mechanism, self.problem.coordinates.values(self.q)
         rest = tuple(law for law in self.laws if law != name)
         for other in rest:
@@ -282,12 +282,12 @@ class Model:
             base = law.mechanism.with_values({n: values[n] for n in law.own if n in values})
         return replace(self, base=base, laws=rest)
 
-    def use_law(self, law: Law, mechanism: Mechanism) -> Model:
+    def use_law(self, law: Law, mechanism: Mechanism) -> CandidateModel:
         """Take a mechanism with an alternative law, without the terms that it does not list; no fit."""
         other = replace(self, base=mechanism, laws=(*self.laws, law.name))
         return replace(other, terms=tuple(name for name in self.terms if name in other._library_names))
 
-    def is_better_than(self, other: Model) -> bool:
+    def is_better_than(self, other: CandidateModel) -> bool:
         """Tell whether the Bayesian criterion prefers this model, with the noise of the better one of the two."""
         better = min(self, other, key=lambda one: one.cost)
         penalty = bayesian_penalty(better.effective_samples)
@@ -296,11 +296,11 @@ class Model:
         )
         return mine < others
 
-    def at(self, values: Mapping[str, float]) -> Model:
+    def at(self, values: Mapping[str, float]) -> CandidateModel:
         """Move the model to values by dotted name, without a fit."""
         return self._at_point(self.problem.coordinates.point(values))
 
-    def add_candidates(self, some: Sequence[Extension]) -> Model:
+    def add_candidates(self, some: Sequence[Extension]) -> CandidateModel:
         """Add further candidate terms; the point stays."""
         wider = replace(self, further=(*self.further, *some))
         names = {t.name for t in wider.library.terms} if wider.library else set()
@@ -312,12 +312,12 @@ class Model:
     def _library_names(self) -> set[str]:
         return {t.name for t in self.library.terms} if self.library else set()
 
-    def fit(self, near: Model, *, steps: int | None = None) -> Model:
+    def fit(self, near: CandidateModel, *, steps: int | None = None) -> CandidateModel:
         """Fit the model from the optimum of another one, in at most `steps` steps."""
         most = self.rules.steps if steps is None else steps
         return self._fit_from(transfer_values(near.problem, near.q, self.problem), near.effective_samples, most)
 
-    def regrow(self) -> Model:
+    def regrow(self) -> CandidateModel:
         """Grow the horizons and fit again, since a joint fit alone may have stopped on a wrong branch.
 
         A model with a residual at the noise level is on the right branch. Windows shorter than the records come from a
@@ -330,7 +330,7 @@ class Model:
         other = self._fit_from(growth.q, self.effective_samples, self.rules.steps) if growth.complete else self
         return other if other.cost < self.cost else self
 
-    def _fit_from(self, q: FloatArray, samples: float, steps: int) -> Model:
+    def _fit_from(self, q: FloatArray, samples: float, steps: int) -> CandidateModel:
         """Fit the model from a point, with a tolerance that suits the effective sample count."""
         problem, windows = self.problem, self.setting.windows
 

@@ -9,18 +9,19 @@ from dataclasses import dataclass, replace
 
 from scipy.special import chdtrc
 
+from mechid.display import DisplayedResult
 from mechid.errors import FitError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress, Tell, silent
 from mechid.identification.computation.workforce import working_on
-from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.pictures import Pictures, compute_pictures
+from mechid.identification.diagnosis.candidate import CandidateModel
+from mechid.identification.diagnosis.figure_data import FigureData, compute_figure_data
 from mechid.identification.diagnosis.proposal import HeldOut, Proposal, build_proposal, confirmed_hum, predict_held_out
-from mechid.identification.diagnosis.search import Found, search_effects
+from mechid.identification.diagnosis.search import SearchResult, search_effects
 from mechid.identification.diagnosis.start import initial_models
 from mechid.identification.diagnosis.steps import Step
 from mechid.identification.diagnosis.stretches import followed_share, search_by_growth
-from mechid.identification.diagnosis.unexplained import (
+from mechid.identification.diagnosis.unexplained_residual import (
     NOT_LOOKED_FOR,
     LockedLines,
     explain_omissions,
@@ -31,16 +32,15 @@ from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.refit.rebuild import grade_lines, refuse_changed_files
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Cause, Grade
-from mechid.identification.result.missing import Missing
+from mechid.identification.result.missing_effects import Missing
 from mechid.plant.mechanism import Mechanism
-from mechid.shown import Shown
 
 LOST = (Cause.USED_IN_PART, Cause.NOT_FOLLOWED, Cause.OUT_OF_STEP, Cause.LEFT_OUT)
 """Causes of grade C that name a record which the fit does not follow to its end."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tried:
+class RejectedEffect:
     """An effect that was fitted but is not reported, with the reason."""
 
     name: str
@@ -49,7 +49,7 @@ class Tried:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Diagnosis(Shown):
+class Diagnosis(DisplayedResult):
     """Effects that a mechanism file lacks.
 
     Attributes
@@ -61,7 +61,7 @@ class Diagnosis(Shown):
         Share of the misfit that remains with them; 0 where the remaining residual is within the noise.
     words : str
         Summary in a sentence or two.
-    tried : tuple of Tried
+    tried : tuple of RejectedEffect
     steps : tuple of Step
         Steps of the search.
     over_noise : (float, float)
@@ -70,7 +70,7 @@ class Diagnosis(Shown):
         The mechanism with the effects at their jointly fitted values; None where no effect is reported.
     as_written : Step
         Cost and criterion of the mechanism as written, before any step.
-    pictures : Pictures
+    pictures : FigureData
         Data of the figures: spectra of the effects and of the residual, by the names of `missing`.
     locked : tuple of Locked
         Lines of an unexplained residual over position or time; empty where effects are reported.
@@ -87,12 +87,12 @@ class Diagnosis(Shown):
     missing: tuple[Missing, ...]
     unexplained: float
     words: str
-    tried: tuple[Tried, ...]
+    tried: tuple[RejectedEffect, ...]
     steps: tuple[Step, ...]
     over_noise: tuple[float, float]
     mechanism: Mechanism | None
     as_written: Step
-    pictures: Pictures
+    pictures: FigureData
     locked: tuple[LockedLines, ...]
     held_out: tuple[HeldOut, ...]
     share: float = 1.0
@@ -145,7 +145,7 @@ def diagnose(
         return replace(concluded, held_out=predicted, synthetic=fit.synthetic or fit.required_campaign.synthetic)
 
 
-def _find_effects(before: Model, start: Model, grade: Grade, say: Tell) -> Found:
+def _find_effects(before: CandidateModel, start: CandidateModel, grade: Grade, say: Tell) -> SearchResult:
     """Find the missing effects from the fit, or from the records' first moments where the fit may be on a wrong branch.
 
     A fit of grade C may be on one, and so may any fit whose found effects leave far more than noise.
@@ -169,13 +169,13 @@ def _find_effects(before: Model, start: Model, grade: Grade, say: Tell) -> Found
     return found if other is found.model else _search_at_lowered_levels(before, other, say)
 
 
-def _better_model(model: Model, other: Model | None) -> Model:
+def _better_model(model: CandidateModel, other: CandidateModel | None) -> CandidateModel:
     if other is None:
         return model
     return other if other.cost < model.at_levels(other.problem).cost else model
 
 
-def _search_at_lowered_levels(before: Model, start: Model, say: Tell) -> Found:
+def _search_at_lowered_levels(before: CandidateModel, start: CandidateModel, say: Tell) -> SearchResult:
     """Search for missing effects at noise levels no higher than the residual with them."""
     # Lower levels may show further effects, and these may lower the levels again.
     start = start.lower_levels()
@@ -187,7 +187,7 @@ def _search_at_lowered_levels(before: Model, start: Model, say: Tell) -> Found:
         start = quieter
 
 
-def _describe_partial(fit: Fit, model: Model) -> str:
+def _describe_partial(fit: Fit, model: CandidateModel) -> str:
     """Describe the limits of a diagnosis of a grade C fit, which follows its records in part; else empty."""
     if fit.grade is not Grade.C:
         return ""
@@ -202,14 +202,14 @@ def _describe_partial(fit: Fit, model: Model) -> str:
     )
 
 
-def _conclude(found: Found, hum: list[Missing], in_part: str) -> Diagnosis:
+def _conclude(found: SearchResult, hum: list[Missing], in_part: str) -> Diagnosis:
     model, named = found.model, bool(found.model.effects)
     words = model.words
     is_complete = not (named or found.remaining_share or found.refused)
     beyond = {} if is_complete else explain_untested(found.before, model)
     looked_for = explain_omissions(model) if is_complete else beyond
     whys = [(name, why) for name, why in {**looked_for, **found.tried}.items() if name not in model.effects]
-    tried = [Tried(name=name, words=words.get(name, name), why=why) for name, why in whys]
+    tried = [RejectedEffect(name=name, words=words.get(name, name), why=why) for name, why in whys]
     proposal = build_proposal(model) if named else None
     goes_with = locked_lines(model) if found.remaining_share else ()
     missing = [*hum, *(_missing_entry(found, proposal, name, words) for name in found.needed if proposal)]
@@ -224,7 +224,7 @@ def _conclude(found: Found, hum: list[Missing], in_part: str) -> Diagnosis:
         over_noise=(found.before.over_noise, model.over_noise),
         mechanism=proposal.mechanism if proposal else None,
         as_written=found.as_written,
-        pictures=compute_pictures(
+        pictures=compute_figure_data(
             found, {name: _entry_name(found.model, name) for name in found.less} if named else {}
         ),
         locked=goes_with,
@@ -241,12 +241,12 @@ def _describe_untestable(beyond: Mapping[str, str]) -> str:
     return f"These records carry no information on {', '.join(names)}; see the effects tried."
 
 
-def _entry_name(model: Model, name: str) -> str:
+def _entry_name(model: CandidateModel, name: str) -> str:
     """Return the name of an effect's entry; a law's entry has no order in its name, since its table holds that."""
     return name.partition(":")[0] if name in model.laws else name
 
 
-def _summarize(found: Found) -> str:
+def _summarize(found: SearchResult) -> str:
     ratio, left = found.before.over_noise, found.model.over_noise
     if not (found.model.effects or found.remaining_share or found.refused):
         return f"Nothing is left to explain: the residual of the mechanism as written is {ratio:.4g} times the noise."
@@ -263,7 +263,7 @@ def _summarize(found: Found) -> str:
     return f"{summary} Nothing in the library explains the rest." if found.remaining_share else summary
 
 
-def _missing_entry(found: Found, proposal: Proposal, name: str, words: Mapping[str, str]) -> Missing:
+def _missing_entry(found: SearchResult, proposal: Proposal, name: str, words: Mapping[str, str]) -> Missing:
     score, own = found.needed[name], proposal.own[name]
     table = next((n.rpartition(".")[0] for n in own), "")
     is_disturbance = name in found.model.disturbances
@@ -282,7 +282,7 @@ def _missing_entry(found: Found, proposal: Proposal, name: str, words: Mapping[s
     )
 
 
-def _records_with_effect(less: Model, model: Model) -> tuple[str, ...]:
+def _records_with_effect(less: CandidateModel, model: CandidateModel) -> tuple[str, ...]:
     """Return the records whose cost rises without an effect."""
     windows = model.setting.windows
     pairs = zip(less.problem.norms(less.q, windows), model.problem.norms(model.q, windows), strict=True)

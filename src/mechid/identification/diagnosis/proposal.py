@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.campaign.mechanism_text import appendix_text
-from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.candidate import CandidateModel
 from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, remove_disturbances
 from mechid.identification.effects.mains import mains
 from mechid.identification.effects.scores import scores, weight_by_residuals
 from mechid.identification.effects.selection import is_significant
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.identify import make_problem
-from mechid.identification.result.as_fitted import campaign_as_fitted
+from mechid.identification.result.finished_fit import campaign_as_fitted
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.missing import Missing, OwnValue
+from mechid.identification.result.missing_effects import EffectValue, Missing
 from mechid.identification.search.solve import covariance
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import superset_of
@@ -30,18 +30,18 @@ class Proposal:
     ----------
     mechanism : Mechanism
         Mechanism at the model's values, with free effects.
-    own : mapping of str to mapping of str to OwnValue
+    own : mapping of str to mapping of str to EffectValue
         Parameters of each effect under their names in the file, by the effect's name.
     tomls : mapping of str to str
         Declaration of each effect alone, to append to the mechanism file or the campaign file.
     """
 
     mechanism: Mechanism
-    own: dict[str, dict[str, OwnValue]]
+    own: dict[str, dict[str, EffectValue]]
     tomls: dict[str, str]
 
 
-def build_proposal(model: Model) -> Proposal:
+def build_proposal(model: CandidateModel) -> Proposal:
     """Build the proposal of a model."""
     values, errors = _values_and_errors(model)
     # A superset of the model's terms alone: in the file, list entries are numbered without the unused ones.
@@ -50,17 +50,17 @@ def build_proposal(model: Model) -> Proposal:
     renamed = _map_names(model, superset.term_of if superset else {})
     here = {renamed.get(name, name): value for name, value in values.items()}
     mechanism = mechanism.with_values({n: v for n, v in here.items() if n in mechanism.parameters})
-    own: dict[str, dict[str, OwnValue]] = {}
+    own: dict[str, dict[str, EffectValue]] = {}
     for effect, names in _names_by_effect(model).items():
         own[effect] = {
-            renamed.get(name, name): OwnValue(value=values[name], std_error=errors[name], unit=_unit(model, name))
+            renamed.get(name, name): EffectValue(value=values[name], std_error=errors[name], unit=_unit(model, name))
             for name in names
             if name in values
         }
     return Proposal(mechanism, own, {effect: _toml(model, mechanism, effect, own[effect]) for effect in own})
 
 
-def _values_and_errors(model: Model) -> tuple[dict[str, float], dict[str, float]]:
+def _values_and_errors(model: CandidateModel) -> tuple[dict[str, float], dict[str, float]]:
     """Return values and standard errors of a model's free parameters, with weights by each record's own residual."""
     weighted, _ = weight_by_residuals(model.problem, model.q, model.setting.windows)
     triangle = weighted.joint(model.q, model.setting.windows)
@@ -71,7 +71,7 @@ def _values_and_errors(model: Model) -> tuple[dict[str, float], dict[str, float]
     return model.problem.coordinates.values(model.q), errors
 
 
-def _names_by_effect(model: Model) -> dict[str, list[str]]:
+def _names_by_effect(model: CandidateModel) -> dict[str, list[str]]:
     """Return the dotted names of each effect's parameters in the model's problem, including phases."""
     terms = model.library.term_of if model.library else {}
     found = {effect: [name for name, term in terms.items() if term == effect] for effect in model.terms}
@@ -79,7 +79,7 @@ def _names_by_effect(model: Model) -> dict[str, list[str]]:
     return found | {law: list(model.law_parameters) for law in model.laws}
 
 
-def _map_names(model: Model, compact: dict[str, str]) -> dict[str, str]:
+def _map_names(model: CandidateModel, compact: dict[str, str]) -> dict[str, str]:
     """Map the parameters' names in the library's mechanism to their names in the proposed file."""
     wide = model.library.term_of if model.library else {}
     pairs: dict[str, str] = {}
@@ -89,20 +89,20 @@ def _map_names(model: Model, compact: dict[str, str]) -> dict[str, str]:
     return pairs
 
 
-def _unit(model: Model, name: str) -> str:
+def _unit(model: CandidateModel, name: str) -> str:
     known = model.problem.space.mechanism.parameters.get(name)
     own = {c.parameter.name: c.parameter for c in model.problem.coordinates.own}
     return (known or own[name]).declaration.unit
 
 
-def _toml(model: Model, mechanism: Mechanism, effect: str, own: dict[str, OwnValue]) -> str:
+def _toml(model: CandidateModel, mechanism: Mechanism, effect: str, own: dict[str, EffectValue]) -> str:
     if effect in model.disturbances:
         one = next(one for one in model.setting.disturbances if one.name == effect)
         return one.toml({name: p.value for name, p in own.items()})
     return appendix_text(mechanism, own, model.setting.problem.space.mechanism)
 
 
-def confirmed_hum(model: Model, fit: Fit) -> list[Missing]:
+def confirmed_hum(model: CandidateModel, fit: Fit) -> list[Missing]:
     """Return the mains hum that a fit reports and the records also show with the model's effects.
 
     Steps have lines like those of the mains, so a missing effect may look like hum.
@@ -136,7 +136,7 @@ class HeldOut:
     after: float
 
 
-def predict_held_out(before: Model, after: Model, fit: Fit) -> tuple[HeldOut, ...]:
+def predict_held_out(before: CandidateModel, after: CandidateModel, fit: Fit) -> tuple[HeldOut, ...]:
     """Return the prediction of each held-out record, with the parameters that the fit found on its first part."""
     campaign = campaign_as_fitted(fit.required_campaign, fit, disturbances=False)
     kept = tuple(replace(r, use="estimate") for r in campaign.records if r.use == "validate")
@@ -146,7 +146,7 @@ def predict_held_out(before: Model, after: Model, fit: Fit) -> tuple[HeldOut, ..
     problem = make_problem(replace(campaign, mechanism=mechanism, records=kept), before.setting.problem.workers)
     setting = replace(before.setting, problem=problem, windows=problem.whole_windows(), disturbances=())
 
-    def norms(model: Model) -> list[float]:
+    def norms(model: CandidateModel) -> list[float]:
         values = model.problem.coordinates.values(model.q)
         there = replace(model, setting=setting, disturbances=()).at(values)
         return there.problem.norms(there.q, setting.windows)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from mechid.identification.computation.progress import Tell
-from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.candidate import CandidateModel
 from mechid.identification.diagnosis.steps import (
     Step,
     add_effects,
@@ -27,21 +27,21 @@ from mechid.identification.uncertainty.settings import NOISE
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SearchResult:
     """Result of the search.
 
     Attributes
     ----------
-    model : Model
-        Model with all effects that are needed.
-    before : Model
+    model : CandidateModel
+        CandidateModel with all effects that are needed.
+    before : CandidateModel
         The mechanism as written, or its replacement in the fit, without these effects.
     steps : tuple of Step
     tried : mapping of str to str
         Effects that were fitted and not kept, with the reason.
     needed : mapping of str to Score
         Loss of the fit without each effect.
-    less : mapping of str to Model
+    less : mapping of str to CandidateModel
         The model without each effect.
     like : mapping of str to tuple of str
         Effects that explain the records equally well, by the reported effect.
@@ -49,12 +49,12 @@ class Found:
         Effects that were found but are not reported, since they may compensate for another one.
     """
 
-    model: Model
-    before: Model
+    model: CandidateModel
+    before: CandidateModel
     steps: tuple[Step, ...]
     tried: Mapping[str, str]
     needed: Mapping[str, Score]
-    less: Mapping[str, Model]
+    less: Mapping[str, CandidateModel]
     like: Mapping[str, tuple[str, ...]]
     refused: tuple[str, ...] = ()
 
@@ -70,15 +70,15 @@ class Found:
         return compute_criteria(self.model, [step(self.before)])[0]
 
 
-def search_effects(before: Model, start: Model, say: Tell = lambda words: None) -> Found:
+def search_effects(before: CandidateModel, start: CandidateModel, say: Tell = lambda words: None) -> SearchResult:
     """Search for the effects that the data support.
 
     Parameters
     ----------
-    before : Model
-        Model without any effect.
-    start : Model
-        Model with the effects that the fit has already, or `before` itself.
+    before : CandidateModel
+        CandidateModel without any effect.
+    start : CandidateModel
+        CandidateModel with the effects that the fit has already, or `before` itself.
     say : callable
         Called with each report of progress.
     """
@@ -116,17 +116,17 @@ def search_effects(before: Model, start: Model, say: Tell = lambda words: None) 
         steps += [step(model, removed=name) for name in lost]
         less, needed = _gain_of_each(before, model)
     like = {name: tuple(_equivalent_effects(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
-    return Found(model, before, tuple(compute_criteria(model, steps)), tried, needed, less, like, tuple(refused))
+    return SearchResult(model, before, tuple(compute_criteria(model, steps)), tried, needed, less, like, tuple(refused))
 
 
-def _gain_of_each(before: Model, model: Model) -> tuple[dict[str, Model], dict[str, Score]]:
+def _gain_of_each(before: CandidateModel, model: CandidateModel) -> tuple[dict[str, CandidateModel], dict[str, Score]]:
     """Return the fitted model without each of its effects, and the gain by each effect."""
     alone = len(model.effects) == 1
     less = {name: before if alone else model.without(name) for name in model.effects}
     return less, {name: gain(without, model) for name, without in less.items()}
 
 
-def negligible_effect(model: Model, needed: Mapping[str, Score]) -> str:
+def negligible_effect(model: CandidateModel, needed: Mapping[str, Score]) -> str:
     """Return a negligible effect of a model that follows the records in part; empty where there is none.
 
     Where a model loses a record, the window contains the beginning of the departure, which small effects imitate.
@@ -138,7 +138,7 @@ def negligible_effect(model: Model, needed: Mapping[str, Score]) -> str:
     return least if needed[least].chi_square < RULES.small * most else ""
 
 
-def compensating_effects(model: Model, needed: Mapping[str, Score]) -> list[str]:
+def compensating_effects(model: CandidateModel, needed: Mapping[str, Score]) -> list[str]:
     """Return the effects that may compensate for another, unknown one.
 
     Where more than noise is left, these are the effects that explain less than half of the misfit without them. Where
@@ -151,7 +151,9 @@ def compensating_effects(model: Model, needed: Mapping[str, Score]) -> list[str]
     return weak if model.over_noise > RULES.followed else [name for name in weak if needed[name].share < RULES.share]
 
 
-def doubtful_effects(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model]) -> list[str]:
+def doubtful_effects(
+    model: CandidateModel, needed: Mapping[str, Score], less: Mapping[str, CandidateModel]
+) -> list[str]:
     """Return the doubtful effects: parts of the records disagree on the values with them.
 
     With a complete model the parts agree. With one that leaves far more than noise they need not, since it may be on a
@@ -165,7 +167,7 @@ def doubtful_effects(model: Model, needed: Mapping[str, Score], less: Mapping[st
     return [name for name in needed if name not in clear]
 
 
-def _agrees(model: Model) -> bool:
+def _agrees(model: CandidateModel) -> bool:
     return compare_parts(model.problem, model.q, model.setting.windows).consistency.agrees
 
 
@@ -178,13 +180,13 @@ def _why_refused(share: float) -> str:
     )
 
 
-def _without_all(model: Model, names: Sequence[str]) -> Model:
+def _without_all(model: CandidateModel, names: Sequence[str]) -> CandidateModel:
     for law in [name for name in names if name in model.laws]:
         model = model.without(law)
     return model.keep_effects([name for name in model.effects if name not in names])
 
 
-def _equivalent_effects(model: Model, less: Model, name: str) -> Iterator[str]:
+def _equivalent_effects(model: CandidateModel, less: CandidateModel, name: str) -> Iterator[str]:
     """Yield the effects that explain the records equally well in place of one, by the score test and then by a fit."""
     landscape = less.landscape()
     if name not in landscape.effects:
@@ -196,7 +198,7 @@ def _equivalent_effects(model: Model, less: Model, name: str) -> Iterator[str]:
                 yield other
 
 
-def _holds_more(model: Model, effect: str, other: str) -> bool:
+def _holds_more(model: CandidateModel, effect: str, other: str) -> bool:
     """Tell whether a disturbance contains another one, as a clock for each record contains one clock for all."""
     known = {one.name: one for one in model.setting.disturbances}
     if effect not in known or other not in known:

@@ -12,16 +12,16 @@ from mechid.campaign.campaign import key_in_record
 from mechid.campaign.diagnose_options import CONSIDER, DIAGNOSE
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.diagnosis.candidate import Model, Setting
+from mechid.identification.diagnosis.candidate import CandidateModel, Setting
 from mechid.identification.effects.campaign_disturbances import possible_disturbances
 from mechid.identification.effects.effect import add_terms
 from mechid.identification.effects.selection import likely_effects
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.identify import make_problem
-from mechid.identification.result.as_fitted import campaign_as_fitted
+from mechid.identification.result.finished_fit import campaign_as_fitted
 from mechid.identification.result.fit import ESTIMATED_STATUSES, Fit
 from mechid.identification.result.grade import Grade
-from mechid.identification.result.missing import Missing, Suggested
+from mechid.identification.result.missing_effects import Missing, SuggestedEffect
 from mechid.identification.result.record_result import masks_of
 from mechid.identification.search.masks import apply_masks
 from mechid.plant.law import Law
@@ -29,7 +29,7 @@ from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import extension_named, rivals_of, with_tables, words_of
 
 
-def initial_models(fit: Fit, *, workers: int = 1) -> tuple[Model, Model]:
+def initial_models(fit: Fit, *, workers: int = 1) -> tuple[CandidateModel, CandidateModel]:
     """Return the mechanism as written at the values of a fit, and the model with the effects that the fit needs.
 
     Both are the same where the fit has neither added terms nor disturbances. The fit has to hold its campaign.
@@ -38,13 +38,13 @@ def initial_models(fit: Fit, *, workers: int = 1) -> tuple[Model, Model]:
     return plain, _add_effects_of_fit(plain, fit)
 
 
-def model_of_fit(fit: Fit, *, workers: int = 1) -> Model:
+def model_of_fit(fit: Fit, *, workers: int = 1) -> CandidateModel:
     """Return the mechanism as written with the disturbances of a fit, at its values."""
     plain = _plain_model(fit, workers)
     return replace(plain, disturbances=_disturbances(plain, fit)).at(fit.values)
 
 
-def _plain_model(fit: Fit, workers: int) -> Model:
+def _plain_model(fit: Fit, workers: int) -> CandidateModel:
     """Return the mechanism as written at the values of a fit."""
     campaign = campaign_as_fitted(fit.required_campaign, fit, disturbances=False)
     # A fit of grade C may have held a parameter only because of its wrong branch, so all are free again.
@@ -59,7 +59,7 @@ def _plain_model(fit: Fit, workers: int) -> Model:
     parametric = tuple(one for one in disturbances if one.parameters)
     known = {*words_of(mechanism), *(one.name for one in parametric), *(one.name for one in fit.added_terms)}
     setting = Setting(problem, problem.whole_windows(), parametric, _candidate_names(campaign, known))
-    return Model(setting, mechanism).at(fit.values)
+    return CandidateModel(setting, mechanism).at(fit.values)
 
 
 def _tables_of_records(fit: Fit, written: Mechanism) -> frozenset[str]:
@@ -69,13 +69,13 @@ def _tables_of_records(fit: Fit, written: Mechanism) -> frozenset[str]:
     return frozenset(name.rpartition(".")[0] for name in replaced - written.parameters.keys())
 
 
-def _disturbances(plain: Model, fit: Fit) -> tuple[str, ...]:
+def _disturbances(plain: CandidateModel, fit: Fit) -> tuple[str, ...]:
     """Return the names of the fit's disturbances that are candidates of the diagnosis."""
     known = {one.name for one in plain.setting.disturbances} & plain.setting.considered
     return tuple(one.name for one in fit.missing if one.name in known)
 
 
-def _add_effects_of_fit(plain: Model, fit: Fit) -> Model:
+def _add_effects_of_fit(plain: CandidateModel, fit: Fit) -> CandidateModel:
     """Return the model with the fit's needed disturbances and terms, fitted without small priors."""
     model = replace(plain, disturbances=_disturbances(plain, fit))
     found = {one.name: one for one in fit.added_terms}
@@ -100,7 +100,9 @@ def _has_orders(fit: Fit, law: Law) -> bool:
     return all(fitted.orders.get(table) == alternative.orders.get(table) for table in tables)
 
 
-def _add_terms_of_fit(model: Model, found: Mapping[str, Missing], values: Mapping[str, float]) -> Model:
+def _add_terms_of_fit(
+    model: CandidateModel, found: Mapping[str, Missing], values: Mapping[str, float]
+) -> CandidateModel:
     """Add the terms of a fit to a model, keep the needed terms and disturbances, and fit."""
     listed = {term.name for term in model.library.terms} if model.library else set[str]()
     others = (extension_named(model.base, name) for name in found if name not in listed)
@@ -155,10 +157,10 @@ def add_suggestions(fit: Fit, workers: int = 1, say: Callable[[str], None] = lam
         return replace(fit, suggested=_suggestions(model))
 
 
-def _suggestions(model: Model) -> tuple[Suggested, ...]:
+def _suggestions(model: CandidateModel) -> tuple[SuggestedEffect, ...]:
     scores, words = model.scores(), model.words
     return tuple(
-        Suggested(
+        SuggestedEffect(
             name=name,
             words=words[name],
             chi_square=one.chi_square,

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.identification.computation.progress import Tell
-from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.unexplained import locked_lines
+from mechid.identification.diagnosis.candidate import CandidateModel
+from mechid.identification.diagnosis.unexplained_residual import locked_lines
 from mechid.identification.effects.effect import distance_from_null
 from mechid.identification.effects.scores import Score, bayesian_penalty
 from mechid.identification.effects.selection import (
@@ -57,18 +57,18 @@ class Step:
     free: int
 
 
-def step(model: Model, *, added: str = "", removed: str = "") -> Step:
+def step(model: CandidateModel, *, added: str = "", removed: str = "") -> Step:
     """Return the step that leads to a model; its criterion is unknown until the search has ended."""
     return Step(added, removed, model.cost, math.nan, model.over_noise, model.problem.size)
 
 
-def compute_criteria(end: Model, steps: Sequence[Step]) -> list[Step]:
+def compute_criteria(end: CandidateModel, steps: Sequence[Step]) -> list[Step]:
     """Compute the criterion of each step, with the noise and the effective sample count of the final model."""
     penalty = bayesian_penalty(end.effective_samples)
     return [replace(one, bic=end.effective_samples * one.cost / end.cost + one.free * penalty) for one in steps]
 
 
-def add_effects(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
+def add_effects(model: CandidateModel, tried: dict[str, str], say: Tell) -> tuple[CandidateModel, list[Step]]:
     """Add one likely effect after another as long as fits confirm them; `tried` collects the others."""
     steps: list[Step] = []
     while len(model.effects) < RULES.most:
@@ -86,7 +86,7 @@ def add_effects(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, 
     return model, steps
 
 
-def _add_seen_periods(model: Model) -> Model | None:
+def _add_seen_periods(model: CandidateModel) -> CandidateModel | None:
     """Add candidate terms with the period that the residual shows most over the motion; None where there are none.
 
     Terms of a kind that the campaign file excludes are not added.
@@ -104,7 +104,7 @@ def _add_seen_periods(model: Model) -> Model | None:
     return model.add_candidates(some) if some else None
 
 
-def _exchange_one(model: Model, say: Tell) -> Model | None:
+def _exchange_one(model: CandidateModel, say: Tell) -> CandidateModel | None:
     """Exchange a term for another effect that leaves a clearly smaller residual; None where there is none.
 
     An effect that was added early may have imitated another one that was not yet visible.
@@ -113,7 +113,7 @@ def _exchange_one(model: Model, say: Tell) -> Model | None:
     return better.regrow() if better else None
 
 
-def exchanged_models(model: Model, say: Tell) -> Iterator[Model]:
+def exchanged_models(model: CandidateModel, say: Tell) -> Iterator[CandidateModel]:
     """Yield the fitted model with another effect in place of each of its terms, the likeliest exchange first."""
     for name in model.terms:
         less = model.without(name)
@@ -122,7 +122,7 @@ def exchanged_models(model: Model, say: Tell) -> Iterator[Model]:
             yield exchange_effect(model, name, other)
 
 
-def exchange_effect(model: Model, effect: str, other: str) -> Model:
+def exchange_effect(model: CandidateModel, effect: str, other: str) -> CandidateModel:
     """Exchange an effect for another term or disturbance, and fit.
 
     The fit starts from the point at which, by the derivatives, the other effect comes nearest to the same output. From
@@ -141,7 +141,7 @@ def exchange_effect(model: Model, effect: str, other: str) -> Model:
     return there.remove_effect(effect).fit(there)
 
 
-def drop_effects(model: Model, say: Tell) -> tuple[Model, list[Step]]:
+def drop_effects(model: CandidateModel, say: Tell) -> tuple[CandidateModel, list[Step]]:
     """Drop the effects that a fit does not need: first many at once, then one by one, the least needed first."""
     model, steps = _drop_at_once(model, say)
     order = sorted(model.effects, key=lambda name: model.without(name).cost) if len(model.effects) > 1 else []
@@ -151,7 +151,7 @@ def drop_effects(model: Model, say: Tell) -> tuple[Model, list[Step]]:
     return model, steps
 
 
-def _drop_at_once(model: Model, say: Tell) -> tuple[Model, list[Step]]:
+def _drop_at_once(model: CandidateModel, say: Tell) -> tuple[CandidateModel, list[Step]]:
     """Drop all effects that the derivatives call unneeded, if a fit confirms it."""
     kept = model.needed_effects()
     lost = [name for name in (*model.terms, *model.disturbances) if name not in kept]
@@ -167,7 +167,7 @@ def _drop_at_once(model: Model, say: Tell) -> tuple[Model, list[Step]]:
 WORSE = "leaves more than the effects without it"
 
 
-def add_hidden_laws(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
+def add_hidden_laws(model: CandidateModel, tried: dict[str, str], say: Tell) -> tuple[CandidateModel, list[Step]]:
     """Add laws that may be missing although the residual is at the noise level."""
     steps, asked = list[Step](), set[str]()
     while law := next((one for one in model.other_laws if one.hides and one.name not in asked), None):
@@ -185,13 +185,13 @@ def add_hidden_laws(model: Model, tried: dict[str, str], say: Tell) -> tuple[Mod
     return model, steps
 
 
-def replace_imitators(model: Model, say: Tell) -> tuple[Model, list[Step]]:
+def replace_imitators(model: CandidateModel, say: Tell) -> tuple[CandidateModel, list[Step]]:
     """Replace disturbances by the laws that they imitate, where the laws explain as much with fewer parameters.
 
     A low-pass delays all records alike: per-record delays imitate it down to the noise, with more parameters.
     """
 
-    def fit_laws() -> Iterator[tuple[Law, Model]]:
+    def fit_laws() -> Iterator[tuple[Law, CandidateModel]]:
         for law in [law for law in model.other_laws if law.imitated_by in model.disturbances]:
             say(f"{law.name} is fitted in place of {law.imitated_by}")
             trial = _try_law(model, law)
@@ -205,7 +205,9 @@ def replace_imitators(model: Model, say: Tell) -> tuple[Model, list[Step]]:
     return fewer, [step(other, removed=law.imitated_by), step(other, added=law.name), *removed]
 
 
-def add_law(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
+def add_law(
+    before: CandidateModel, smooth: CandidateModel, tried: dict[str, str], say: Tell
+) -> tuple[CandidateModel, list[Step]]:
     """Return the best of a model with terms alone and models with an alternative law.
 
     Laws are tried together with the found terms, which may be right, and without them, since they may imitate a law.
@@ -230,9 +232,11 @@ def add_law(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -> t
     return best, steps
 
 
-def _promising_laws(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -> list[tuple[str, Model]]:
+def _promising_laws(
+    before: CandidateModel, smooth: CandidateModel, tried: dict[str, str], say: Tell
+) -> list[tuple[str, CandidateModel]]:
     """Return the laws that a few steps of a fit support, each with the resulting model, the best first."""
-    found: list[tuple[str, Model]] = []
+    found: list[tuple[str, CandidateModel]] = []
     models = [smooth, before] if smooth.effects != before.effects else [before]
     of_each = [(less, _numbered_laws(less)) for less in models]
     for name, number in [key for key in _numbered_laws(before) if key[0] not in smooth.laws]:
@@ -249,7 +253,7 @@ def _promising_laws(before: Model, smooth: Model, tried: dict[str, str], say: Te
     return sorted(found, key=lambda pair: pair[1].cost)
 
 
-def _numbered_laws(model: Model) -> dict[tuple[str, int], Law]:
+def _numbered_laws(model: CandidateModel) -> dict[tuple[str, int], Law]:
     """Return the laws that a model does not have, by name and number, since a law may have several starts."""
     found: dict[tuple[str, int], Law] = {}
     for law in model.other_laws:
@@ -257,14 +261,14 @@ def _numbered_laws(model: Model) -> dict[tuple[str, int], Law]:
     return found
 
 
-def _try_law(model: Model, law: Law) -> Model:
+def _try_law(model: CandidateModel, law: Law) -> CandidateModel:
     """Return the model with a law after a few fit steps, without the disturbance that imitates the law."""
     start = score_law(model, law)[1] if law.tries else law.mechanism
     fewer = tuple(name for name in model.disturbances if name != law.imitated_by)
     return replace(model, disturbances=fewer).use_law(law, start).fit(model, steps=RULES.law_steps)
 
 
-def score_law(model: Model, law: Law) -> tuple[Score, Mechanism]:
+def score_law(model: CandidateModel, law: Law) -> tuple[Score, Mechanism]:
     """Return the score of a law by a linear fit, and the mechanism with the law at its best point.
 
     For a law with an amplitude, the linear fit starts at amplitude zero, at each candidate value of its other
@@ -281,7 +285,7 @@ def score_law(model: Model, law: Law) -> tuple[Score, Mechanism]:
     ), at
 
 
-def _linear_fall(model: Model, law: Law, mechanism: Mechanism) -> tuple[float, float]:
+def _linear_fall(model: CandidateModel, law: Law, mechanism: Mechanism) -> tuple[float, float]:
     """Return the fall of the cost in a linear fit from a point with a law, and the law's amplitude there."""
     other = model.use_law(law, mechanism)
     q = transfer_values(model.problem, model.q, other.problem)

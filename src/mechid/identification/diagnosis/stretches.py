@@ -14,7 +14,7 @@ from functools import cache, partial
 import numpy as np
 
 from mechid.identification.computation.progress import Tell
-from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.candidate import CandidateModel
 from mechid.identification.diagnosis.steps import add_effects, add_law, drop_effects, exchanged_models
 from mechid.identification.effects.selection import add_likeliest
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
@@ -25,22 +25,22 @@ from mechid.identification.uncertainty.noise_levels import noise_levels
 from mechid.plant.superset import rivals_of
 
 
-def search_by_growth(before: Model, say: Tell) -> Model | None:
+def search_by_growth(before: CandidateModel, say: Tell) -> CandidateModel | None:
     """Search for effects while growing to the records' ends, or as far as a model follows them.
 
     Returns None where no model follows enough of the records to separate effects.
 
     Parameters
     ----------
-    before : Model
+    before : CandidateModel
         The mechanism as written; its values are ignored, since they may belong to a wrong branch.
     say : callable
         Called with each report of progress.
     """
-    begun = _move_to_best_start(before)
-    if begun is None:
+    initial = _move_to_best_start(before)
+    if initial is None:
         return None
-    model, growth = _grow_model(begun, before, RULES.first_escapes)
+    model, growth = _grow_model(initial, before, RULES.first_escapes)
     # The starts are slow and do not depend on the round.
     laws = cache(partial(_alternative_laws, before, say))
     for _ in range(RULES.rounds):
@@ -59,7 +59,7 @@ def search_by_growth(before: Model, say: Tell) -> Model | None:
     return part.fit(part) if growth.followed_share(model.problem) > RULES.enough and model.effects else None
 
 
-def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) -> bool:
+def _leads_further(model: CandidateModel, growth: Growth, other: CandidateModel, known: Growth) -> bool:
     """Tell whether a model follows the records further than another one of known growth, at the same noise levels."""
     # A lower level ends growth earlier: shares are comparable only at the same levels.
     same = noise_levels(model.problem) == noise_levels(other.problem)
@@ -67,7 +67,7 @@ def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) ->
     return growth.complete or growth.followed_share(model.problem) > RULES.further * before
 
 
-def followed_share(model: Model) -> float:
+def followed_share(model: CandidateModel) -> float:
     """Return the share of all samples that a model follows at its point."""
     problem = model.problem
     least = least_horizons(problem)
@@ -75,18 +75,18 @@ def followed_share(model: Model) -> float:
     return reached / sum(t.samples for t in problem.targets)
 
 
-def _alternative_laws(before: Model, say: Tell) -> list[Model]:
+def _alternative_laws(before: CandidateModel, say: Tell) -> list[CandidateModel]:
     """Return models with one alternative law each, at its best start, in the order of the cost of first moments."""
     found = []
     laws = {law.name: law for law in rivals_of(before.base, grown_only=True)}  # a law's sizes have one box
     for law in [law for name, law in laws.items() if name in before.setting.considered]:
         say(f"starts with {law.name}")
-        begun = _move_to_best_start(before.use_law(law, law.mechanism))
-        found += [begun] if begun else []
+        initial = _move_to_best_start(before.use_law(law, law.mechanism))
+        found += [initial] if initial else []
     return sorted(found, key=lambda one: one.cost)
 
 
-def _move_to_best_start(before: Model) -> Model | None:
+def _move_to_best_start(before: CandidateModel) -> CandidateModel | None:
     """Return a model at the best of all starts, with its cost there; None where no start can be simulated."""
     problem = before.problem
     anchored = problem.rest_problem
@@ -94,7 +94,7 @@ def _move_to_best_start(before: Model) -> Model | None:
     return replace(before, q=problem.point_from(anchored, best.q), cost=best.cost) if best else None
 
 
-def _grow_model(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]:
+def _grow_model(model: CandidateModel, before: CandidateModel, escapes: int) -> tuple[CandidateModel, Growth]:
     """Grow a model over the whole records from its point; return the model there and its growth.
 
     Noise levels are lowered to the residual. A stretch that was followed at higher levels may then be lost, and the
@@ -112,8 +112,8 @@ def _grow_model(model: Model, before: Model, escapes: int) -> tuple[Model, Growt
 
 
 def _attempts(
-    model: Model, before: Model, laws: Callable[[], list[Model]], say: Tell
-) -> Iterator[tuple[Model, Model, int]]:
+    model: CandidateModel, before: CandidateModel, laws: Callable[[], list[CandidateModel]], say: Tell
+) -> Iterator[tuple[CandidateModel, CandidateModel, int]]:
     """Yield models that may follow the records further, as arguments of `_grow_model`: with terms, then with laws.
 
     Terms are added one by one. Each one may be the last missing one, and a further one would only explain the residual

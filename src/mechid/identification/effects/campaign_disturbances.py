@@ -122,7 +122,11 @@ def widen_priors(
         Factor by which the prior is widened.
     """
     off = dict(
-        zip(problem.coordinates.own_names, distance_from_null(problem, q)[problem.space.size :].tolist(), strict=True)
+        zip(
+            problem.coordinates.record_parameter_names,
+            distance_from_null(problem, q)[problem.space.size :].tolist(),
+            strict=True,
+        )
     )
 
     def wider(one: Disturbance) -> Disturbance:

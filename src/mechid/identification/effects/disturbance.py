@@ -103,7 +103,7 @@ class Disturbance:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundDisturbance:
     """Disturbance supported by the data, and the improvement of a fit with it.
 
     Attributes

@@ -49,25 +49,25 @@ class Linearisation:
     effective_samples: float
 
     @cached_property
-    def _away(self) -> FloatArray:
+    def _null_distances(self) -> FloatArray:
         return distance_from_null(self.problem, self.q)
 
     @cached_property
     def needed_effects(self) -> frozenset[str]:
         """Effects without which the cost rises by more than k ln N, with the others free to compensate."""
-        return frozenset(needed_groups(self.triangle, self._away, self.groups, self.effective_samples))
+        return frozenset(needed_groups(self.triangle, self._null_distances, self.groups, self.effective_samples))
 
     def rises(self) -> dict[str, float]:
         """Return the rise of the cost without each effect, and, under an empty name, without all of them."""
-        here = _least(self.triangle, self._away, ())
+        here = _least(self.triangle, self._null_distances, ())
         nulled = {**self.groups, "": _places(self.groups, self.groups)}
-        return {name: _least(self.triangle, self._away, places) - here for name, places in nulled.items()}
+        return {name: _least(self.triangle, self._null_distances, places) - here for name, places in nulled.items()}
 
     def fit_only(self, names: Collection[str]) -> tuple[float, FloatArray]:
         """Return the least cost with only some of the effects, and its point within the bounds, (n,)."""
         places = _places(self.groups, self.groups.keys() - set(names))
-        gone, moved, rest = _split(self.triangle, self._away, places)
-        step = np.where(gone, -self._away, 0.0)
+        gone, moved, rest = _split(self.triangle, self._null_distances, places)
+        step = np.where(gone, -self._null_distances, 0.0)
         step[~gone] = _step(rest, moved)
         return float(np.sum((moved + rest @ step[~gone]) ** 2)), self.problem.coordinates.clip(self.q + step)
 

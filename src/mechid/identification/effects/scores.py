@@ -20,7 +20,7 @@ from mechid.identification.output_error.problem import Problem, Windows, transfe
 from mechid.identification.output_error.reduction import combine_triangles
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.signal.moments import norm
-from mechid.signal.stored import WritableSeries, write_at
+from mechid.signal.stored_series import WritableSeries, write_at
 from mechid.signal.whiteness import effective_samples
 
 SMALLEST = 1e-300
@@ -226,7 +226,7 @@ def _followed_coordinates(plain: Problem, q: FloatArray, wide: Problem) -> Float
     rows = {(c.name, c.kind): j for j, c in enumerate(wide.space.coordinates)}
     for i, coordinate in enumerate(plain.space.coordinates):
         out[rows[coordinate.name, coordinate.kind], i] = 1.0
-    places = {name: j for j, name in enumerate(plain.coordinates.own_names, size)}
+    places = {name: j for j, name in enumerate(plain.coordinates.record_parameter_names, size)}
     for j, c in enumerate(wide.coordinates.own, wide.space.size):
         if c.parameter.name in places:
             out[j, places[c.parameter.name]] = 1.0

@@ -96,7 +96,7 @@ class Coordinates:
         return np.concatenate([self.space.start, [c.parameter.value for c in self.own]])
 
     @property
-    def own_names(self) -> tuple[str, ...]:
+    def record_parameter_names(self) -> tuple[str, ...]:
         """Dotted names of the coordinates of records."""
         return tuple(self._places)
 

@@ -13,7 +13,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.parameter import Parameter, Status
 from mechid.signal.series import Series
-from mechid.signal.stored import map_samples
+from mechid.signal.stored_series import map_samples
 from mechid.simulation.simulator import excitation_over
 
 PLAIN = ("stepping", "microsteps", "swapped")

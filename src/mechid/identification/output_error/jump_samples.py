@@ -9,8 +9,8 @@ import numpy as np
 from mechid.arrays import FloatArray, IntArray
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.signal.autoregression import Autoregression
-from mechid.simulation.noted import Jumps
 from mechid.simulation.simulator import BLOCK
+from mechid.simulation.switch_log import Jumps
 
 NEIGHBOURS = np.array([-2, -1, 1, 2])
 """Offsets of the samples whose weighted mean replaces part of a sample at a jump; a choice, not measured."""

@@ -19,7 +19,7 @@ from mechid.identification.output_error.jump_samples import NO_SAMPLES, JumpSamp
 from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.target import Target, is_clock
 from mechid.kernel.batch.source import SETS
-from mechid.signal.stored import WritableSeries, allocate_series
+from mechid.signal.stored_series import WritableSeries, allocate_series
 from mechid.simulation.batch import Batch, BatchMember
 from mechid.simulation.block import Block
 from mechid.simulation.simulator import Run, Simulator
@@ -182,9 +182,11 @@ def batch_misfits(model: Model, pairs: Sequence[tuple[Target, FloatArray]], wind
     """
     for first in range(0, len(pairs), SETS):
         group = pairs[first : first + SETS]
-        begun = model.plain_runs(group[0][0], [q for _, q in group], window[1])
-        alike = len(begun) >= PROBLEM.fewest_in_batch and all(r.outcome is SimulationOutcome.COMPLETE for r in begun)
-        runs: Sequence[Run | BatchMember] = Batch(begun).each(window[0]) if alike else begun
+        initial = model.plain_runs(group[0][0], [q for _, q in group], window[1])
+        alike = len(initial) >= PROBLEM.fewest_in_batch and all(
+            r.outcome is SimulationOutcome.COMPLETE for r in initial
+        )
+        runs: Sequence[Run | BatchMember] = Batch(initial).each(window[0]) if alike else initial
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 

@@ -45,7 +45,7 @@ class Agreement:
     ----------
     problem : Problem
     growth : Growth
-    judged : mapping of record name to (declared, taken)
+    scores : mapping of record name to (declared, taken)
         Scores of the records that are read otherwise than declared.
     left_out : mapping of record name to str
         Records that the others' model follows in no reading, each with a clause on its misfit, which may be empty.
@@ -53,13 +53,13 @@ class Agreement:
 
     problem: Problem
     growth: Growth
-    judged: Mapping[str, tuple[ReadingScore, ReadingScore]] = field(default_factory=dict)
+    scores: Mapping[str, tuple[ReadingScore, ReadingScore]] = field(default_factory=dict)
     left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def readings(self) -> dict[str, Reading]:
         """Readings of the records that are not read as declared."""
-        own = {name: after.reading for name, (_, after) in self.judged.items()}
+        own = {name: after.reading for name, (_, after) in self.scores.items()}
         return {**own, **{name: Reading(left_out=True) for name in self.left_out}}
 
 
@@ -141,7 +141,7 @@ def _judge_others(
     problem: Problem, rest: _AgreeingRecords, looks: Mapping[str, int], seed: int, tell: Tell, journal: Journal | None
 ) -> Agreement:
     """Return the agreement in which the model of the rest has judged the other records."""
-    judged: dict[str, tuple[ReadingScore, ReadingScore]] = {}
+    scores: dict[str, tuple[ReadingScore, ReadingScore]] = {}
     lost: dict[str, str] = {}
     for name in rest.others:
         tell(f"record {name} against the others")
@@ -150,8 +150,8 @@ def _judge_others(
             target = next(t for t in problem.targets if t.name == name)
             lost[name] = describe_saturation(rest.problem, rest.growth.q, target.truncate(looks[name]))
         elif found.reading != DECLARED:
-            judged[name] = declared, found
-    made = Agreement(problem, rest.growth, judged, lost)
+            scores[name] = declared, found
+    made = Agreement(problem, rest.growth, scores, lost)
     # All records are grown again as they are now read: a reading is judged over its first moments only.
     whole = reinterpret_problem(problem, made.readings)
     grown = grow_horizons(
@@ -265,7 +265,7 @@ def _choose_reading(
 
 def disagreements(campaign: Campaign, agreed: Agreement) -> Iterator[Finding]:
     """Yield a finding for each record that is read otherwise, then for each that is left out."""
-    for name, (declared, found) in agreed.judged.items():
+    for name, (declared, found) in agreed.scores.items():
         yield _reading_finding(campaign.record(name), declared, found)
     for name, clause in agreed.left_out.items():
         why = clause or "no other sign, direction, start angle, time offset, gain or steps make their model follow it"

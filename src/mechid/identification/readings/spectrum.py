@@ -17,9 +17,9 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.trial import samples_until
 from mechid.records.step_rate import SuggestedRate, suggest_rate_without_hum
-from mechid.signal.likeness import noise_power, power_over_time, spectral_distance
 from mechid.signal.lines import prominence, spectral_lines
 from mechid.signal.settings import SERIES
+from mechid.signal.spectral_distance import noise_power, power_over_time, spectral_distance
 
 
 @dataclass(frozen=True, eq=False)

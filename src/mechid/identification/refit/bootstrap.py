@@ -20,6 +20,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from mechid.arrays import BoolArray, FloatArray
+from mechid.display import DisplayedResult
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.workforce import working_on
@@ -34,7 +35,6 @@ from mechid.identification.search.solve import predicted_reduction, solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.identification.uncertainty.verdict import seen_coordinates
 from mechid.kernel.batch.source import SETS
-from mechid.shown import Shown
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.units import angle_difference
 
@@ -91,7 +91,7 @@ class Spread:
 
 
 @dataclass(frozen=True, repr=False)
-class Bootstrap(Shown):
+class Bootstrap(DisplayedResult):
     """All draws, in order, and the scatter of each parameter. Quantiles exclude failed draws only."""
 
     draws: tuple[Draw, ...]

@@ -12,9 +12,9 @@ from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.identify import make_problem
-from mechid.identification.output_error.identity import file_digests
+from mechid.identification.output_error.digests import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.result.as_fitted import campaign_as_fitted
+from mechid.identification.result.finished_fit import campaign_as_fitted
 from mechid.identification.result.fit import ESTIMATED_STATUSES, Fit, Optimum
 from mechid.identification.result.grade import grade_words
 from mechid.identification.result.record_result import masks_of
@@ -22,7 +22,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.masks import apply_masks
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import free_only
-from mechid.identification.stages.own_stages import begin_stages
+from mechid.identification.stages.user_stages import begin_stages
 from mechid.identification.uncertainty.noise import reject_outliers, release_noise
 from mechid.identification.uncertainty.noise_levels import restore_levels
 from mechid.parameter import Status
@@ -42,7 +42,7 @@ def rebuild_optimum(fit: Fit, workers: int) -> Optimum:
     """
     refuse_changed_files(fit)
     if not fit.grade.good:
-        raise FitError(" ".join(["the fit has no optimum:", *grade_lines(fit)]))
+        raise FitError(" ".join(["only a fit of grade A or B can be refitted; this one:", *grade_lines(fit)]))
     campaign = campaign_as_fitted(replace(fit.required_campaign, mechanism=fit.start_mechanism), fit)
     values = {name: p.value for name, p in fit.parameters.items() if p.status in (*ESTIMATED_STATUSES, Status.FROZEN)}
     # The order of these steps is that of the search: each one changes the residuals that set the next weights.

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mechid.errors import InputFileError
-from mechid.identification.result.missing import Missing
+from mechid.identification.result.missing_effects import Missing
 from mechid.reading.whole import read_result
 
 FORMAT = "mechid-diagnosis/1"

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
+from mechid.display import DisplayedResult
 from mechid.errors import UsageError, did_you_mean
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.grade import Consistency, FitOutcome, Grade, Reason
-from mechid.identification.result.missing import AsWritten, Missing, Suggested
+from mechid.identification.result.missing_effects import AsWritten, Missing, SuggestedEffect
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.record_result import RecordFit
 from mechid.parameter import Status
 from mechid.plant.mechanism import Mechanism
-from mechid.shown import Shown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -95,7 +95,7 @@ class Optimum:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Fit(Shown):
+class Fit(DisplayedResult):
     """The result of an identification; `estimate.json` holds the same values.
 
     Attributes
@@ -130,7 +130,7 @@ class Fit(Shown):
     missing : tuple of Missing
         Effects that the files do not declare and the records need, added to the fit: terms and laws of the mechanism,
         and disturbances of the records.
-    suggested : tuple of Suggested
+    suggested : tuple of SuggestedEffect
         Candidate effects for the residual of a fit of grade B or C without added terms, the likeliest first.
     as_written : AsWritten or None
         Prediction by the mechanism as written at these values; None where nothing was added to it.
@@ -160,7 +160,7 @@ class Fit(Shown):
     grade: Grade = Grade.FAILED
     reasons: tuple[Reason, ...] = ()
     missing: tuple[Missing, ...] = ()
-    suggested: tuple[Suggested, ...] = ()
+    suggested: tuple[SuggestedEffect, ...] = ()
     as_written: AsWritten | None = None
     completed: tuple[Mapping[str, Any], ...] | None = None
     synthetic: bool = False

@@ -13,7 +13,7 @@ import numpy as np
 from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Reading
-from mechid.identification.output_error.identity import file_digest
+from mechid.identification.output_error.digests import file_digest
 from mechid.identification.result.estimate_file import (
     ERROR_TABLES,
     is_synthetic,
@@ -22,7 +22,7 @@ from mechid.identification.result.estimate_file import (
 )
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit, StageReport
 from mechid.identification.result.grade import Consistency, FitOutcome, Grade, Reason
-from mechid.identification.result.missing import AsWritten, Missing, Suggested
+from mechid.identification.result.missing_effects import AsWritten, Missing, SuggestedEffect
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_result import ChannelFit, MaskedMoment, Nuisance, RecordFit
 from mechid.plant.mechanism import Mechanism
@@ -170,7 +170,7 @@ def _build_fit(content: Mapping[str, Any], mechanism: Mechanism | None, folder: 
         mains_hz=content.get("mains_hz"),
         missing=tuple(map(Missing.from_dict, content.get("missing", ()))),
         as_written=AsWritten.from_dict(content["as_written"]) if content.get("as_written") else None,
-        suggested=tuple(Suggested(**one) for one in content.get("suggested", ())),
+        suggested=tuple(SuggestedEffect(**one) for one in content.get("suggested", ())),
         completed=tuple(content["completed"]) if content.get("completed") is not None else None,
         synthetic=is_synthetic(content),
         path=tuple(content["outcome"].get("path", ())),  # absent from files of earlier versions

@@ -43,14 +43,14 @@ class FitOutcome(Enum):
         return self in (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE)
 
     @property
-    def stopped_short(self) -> bool:
+    def has_stopped_short(self) -> bool:
         """Whether the derivatives may still predict a step, which then counts in the errors."""
         return self in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED)
 
     @property
     def has_optimum(self) -> bool:
         """Whether all records and parameters were fitted, up to an optimum or near it."""
-        return self.good or self.stopped_short or self is FitOutcome.EVENT_MISSED
+        return self.good or self.has_stopped_short or self is FitOutcome.EVENT_MISSED
 
     @property
     def code(self) -> str:

@@ -24,7 +24,7 @@ from mechid.signal.remainder import Remainder
 from mechid.signal.runs import runs_of
 from mechid.signal.series import Series, blocks, drop_rejected, is_finite, mean_of, stretch_of
 from mechid.signal.settings import SERIES
-from mechid.signal.stored import WritableSeries, write_at
+from mechid.signal.stored_series import WritableSeries, write_at
 from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
 from mechid.units import SI_UNIT

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
 from mechid.identification.output_error.declaration import DECLARED, Reading
-from mechid.identification.result.missing import OwnValue
+from mechid.identification.result.missing_effects import EffectValue
 from mechid.signal.runs import Runs
 from mechid.units import unit_words
 
@@ -137,13 +137,13 @@ class Nuisance:
         Number of samples of the first part.
     until_s : float
         Record time at which the first part ends and the judged part begins.
-    parameters : mapping of dotted name to OwnValue
+    parameters : mapping of dotted name to EffectValue
         Values, in the file's units, with their standard errors; no error where the first part does not determine it.
     """
 
     samples: int
     until_s: float
-    parameters: Mapping[str, OwnValue]
+    parameters: Mapping[str, EffectValue]
 
     @property
     def values(self) -> dict[str, float]:
@@ -167,7 +167,7 @@ class Nuisance:
     @classmethod
     def from_dict(cls, entry: Mapping[str, Any]) -> Self:
         """Read an entry of estimate.json."""
-        own = {name: OwnValue(**value) for name, value in entry["parameters"].items()}
+        own = {name: EffectValue(**value) for name, value in entry["parameters"].items()}
         return cls(samples=int(entry["samples"]), until_s=float(entry["until_s"]), parameters=own)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 from mechid.arrays import FloatArray
-from mechid.identification.effects.disturbance import Found
+from mechid.identification.effects.disturbance import FoundDisturbance
 from mechid.identification.effects.effect import AddedTerms
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.problem import Problem, Windows
@@ -17,7 +17,7 @@ from mechid.identification.search.solve import Solution
 
 
 @dataclass(frozen=True)
-class Frozen:
+class HeldParameter:
     """A parameter held for a dependence: its value, the value's sigma if known, and the reason."""
 
     name: str
@@ -45,7 +45,7 @@ class SearchState:
     stages : tuple of StageReport
         Finished stages.
     warnings : tuple of str
-    frozen : tuple of Frozen
+    frozen : tuple of HeldParameter
         Held parameters, in the order in which they were held.
     solution : Solution or None
         Solution of the last joint fit.
@@ -53,7 +53,7 @@ class SearchState:
         Whether the search reached its end, so that only the conclusion is left.
     before_raised : mapping of record to str
         Description of how far each record was followed before its noise level was raised; empty where none was raised.
-    found : tuple of Found
+    found : tuple of FoundDisturbance
         Disturbances that were added to the problem because the data support them.
     added : AddedTerms or None
         Terms added to the mechanism as written, because that alone does not follow the records.
@@ -70,11 +70,11 @@ class SearchState:
     readings: Mapping[str, Reading] = field(default_factory=dict)
     stages: tuple[StageReport, ...] = ()
     warnings: tuple[str, ...] = ()
-    frozen: tuple[Frozen, ...] = ()
+    frozen: tuple[HeldParameter, ...] = ()
     solution: Solution | None = None
     searched: bool = False
     before_raised: Mapping[str, str] = field(default_factory=dict)
-    found: tuple[Found, ...] = ()
+    found: tuple[FoundDisturbance, ...] = ()
     added: AddedTerms | None = None
     path: tuple[str, ...] = ()
     contradicted: Mapping[str, str] = field(default_factory=dict)

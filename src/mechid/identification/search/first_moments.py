@@ -162,7 +162,7 @@ def _with_start_states(
         p.name: values[key_in_record(p.name)] for p in target.free_parameters if is_of_start(p) and p.name not in known
     }
     at = problem.coordinates
-    own = zip(at.own_names, at.of_records(q), strict=True)
+    own = zip(at.record_parameter_names, at.of_records(q), strict=True)
     moved = np.concatenate([at.of_mechanism(q), [names.get(name, v) for name, v in own]])
     return np.asarray(at.clip(moved))
 
@@ -284,7 +284,7 @@ def _grow_start_alone(
 ) -> tuple[FloatArray, int]:
     """Grow the horizon of one record with only its start state free; return the point and the horizon."""
     alone = problem.restrict_to([target.name]).fix_mechanism(q)
-    own = [n for n, name in enumerate(problem.coordinates.names) if name in alone.coordinates.own_names]
+    own = [n for n, name in enumerate(problem.coordinates.names) if name in alone.coordinates.record_parameter_names]
     at, gates = rounds(alone, q[own], {target.name: gate})
     moved = q.copy()
     moved[own] = at

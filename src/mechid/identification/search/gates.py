@@ -17,7 +17,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
-from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.digests import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.first_moments import (
@@ -162,9 +162,9 @@ def _escape(
     each width is then refitted.
     """
     open_targets = [t for t in problem.targets if gates[t.name] < t.samples]
-    begun = _restart_moving_records(problem, q, open_targets, gates, least, most)
-    if begun is not None:
-        return begun
+    initial = _restart_moving_records(problem, q, open_targets, gates, least, most)
+    if initial is not None:
+        return initial
     root = _posterior_root(problem, q, gates)
     draws = [
         problem.coordinates.clip(q + scale * rng.standard_normal((SEARCH.escape_draws, problem.size)) @ root.T)

@@ -20,7 +20,7 @@ from mechid.identification.search.first_moments import Horizons
 from mechid.identification.search.rest import motion_start
 from mechid.identification.search.settings import SEARCH
 from mechid.signal.series import stretch_of
-from mechid.signal.stored import WritableSeries, allocate_series
+from mechid.signal.stored_series import WritableSeries, allocate_series
 from mechid.signal.trend import Line, fit_line
 
 
@@ -88,9 +88,9 @@ class _Trace:
         """Fit the lines to project out: without drift, with drift if allowed, and with any hum of the channel."""
         rejected = self.channel.rejected_within((0, samples))
         terms = range(1, self.channel.linear + 1)
-        begun, turns = stretch_of(self.residual, 0, samples), self.channel.turns
-        self.lines = [fit_line(begun, n, rejected) for n in terms] or [Line()]
-        self.lines += [fit_line(begun, n, rejected, turns) for n in terms or [0]] if turns else []
+        initial, turns = stretch_of(self.residual, 0, samples), self.channel.turns
+        self.lines = [fit_line(initial, n, rejected) for n in terms] or [Line()]
+        self.lines += [fit_line(initial, n, rejected, turns) for n in terms or [0]] if turns else []
 
     def followed_windows(self, first: int, whole: int, window: int) -> int:
         """Return the number of consecutive followed windows from `first`, at most `whole`.

@@ -21,7 +21,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import map_tasks
-from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.digests import identity
 from mechid.identification.output_error.misfit import Misfit, Window
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle, absorb, combine_triangles, drop_projected_rows
@@ -165,8 +165,8 @@ def _costs_run_up(problem: Problem, targets: Sequence[Target], task: tuple[Seque
     """Return the run-up cost of `targets` at each point, or inf as soon as it exceeds the cap."""
     points, cap = task
     moving = [target for target in problem.targets if target.begins_in_motion]
-    begun = [run_up(problem, q, targets=moving) for q in points] if moving else points
-    return capped_costs(problem, begun, targets=targets, cap=cap, align=True)
+    initial = [run_up(problem, q, targets=moving) for q in points] if moving else points
+    return capped_costs(problem, initial, targets=targets, cap=cap, align=True)
 
 
 def _rank_candidates(drawn: Sequence[Candidate]) -> Iterator[Candidate]:

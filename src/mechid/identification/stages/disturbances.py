@@ -16,7 +16,7 @@ from mechid.campaign import Campaign
 from mechid.identification.effects.campaign_disturbances import possible_disturbances, widen_priors
 from mechid.identification.effects.disturbance import (
     Disturbance,
-    Found,
+    FoundDisturbance,
     missing_tables,
     remove_disturbances,
     with_disturbances,
@@ -115,15 +115,15 @@ class SearchedModel:
         problem = with_disturbances(self.state.problem, [one])
         begun = self.state.with_problem(problem).at(transfer_coordinates(self.state.problem, self.state.q, problem))
         names = (*self.names, *(p.name for p in one.parameters))
-        more = self._fit(begun, f"with {one.name}", names, Found(one, math.nan, math.nan))
+        more = self._fit(begun, f"with {one.name}", names, FoundDisturbance(one, math.nan, math.nan))
         # A prior that is too narrow would limit the effect and so its score: it is widened once.
         (wider,) = widen_priors((one,), problem, more.state.q, STAGES.at_edge, STAGES.wider)
         if wider is not one:
             one, problem = wider, with_disturbances(self.state.problem, [wider])
             begun = self.state.with_problem(problem).at(more.state.q)
-            more = self._fit(begun, f"with {one.name}, wider", names, Found(one, math.nan, math.nan))
+            more = self._fit(begun, f"with {one.name}, wider", names, FoundDisturbance(one, math.nan, math.nan))
         score = gain(self, more)
-        found = Found(one, score.chi_square, score.share)
+        found = FoundDisturbance(one, score.chi_square, score.share)
         return replace(more, state=replace(more.state, found=(*self.state.found, found)))
 
     def without(self, effect: str) -> SearchedModel:
@@ -151,7 +151,7 @@ class SearchedModel:
         problem, q = remove_disturbances(self.state.problem, self.state.q, [one])
         return replace(self.state.with_problem(problem).at(q), found=rest)
 
-    def _fit(self, begun: SearchState, name: str, names: tuple[str, ...], *further: Found) -> SearchedModel:
+    def _fit(self, begun: SearchState, name: str, names: tuple[str, ...], *further: FoundDisturbance) -> SearchedModel:
         state = joint_fit(self.watch, self.watch.note(begun), name, names, tolerance=self.rules.tolerance)
         return replace(self, state=replace(state, found=(*state.found, *further)))
 

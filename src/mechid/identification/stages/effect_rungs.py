@@ -25,7 +25,7 @@ from mechid.identification.stages.first_look import FirstLook, first_windows, fi
 from mechid.identification.stages.ladder import Climb, Rung, furthest_growth, growth_as_written
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.single_effects import look_at_periods, look_at_singles
-from mechid.identification.stages.term_growth import Reached, free_family_at_stall, grow_model, unfinished_state
+from mechid.identification.stages.term_growth import GrownModel, free_family_at_stall, grow_model, unfinished_state
 from mechid.simulation.work import WorkSpentError
 
 KINDS_LISTED = 2
@@ -150,7 +150,7 @@ def _grow_small(climb: Climb) -> Climb:
     tell, journal = _teller(climb, "first moments"), climb.watch.journal
     small = [prune_look(climb.families, look, tell, journal) for look in [looks[0], *alike[: STAGES.singles - 1]]]
     small = list({look.model.effects: look for look in reversed(small)}.values())[::-1]
-    model, q, grown = small[0].model, small[0].q, list[Reached]()
+    model, q, grown = small[0].model, small[0].q, list[GrownModel]()
     if len(small) > 1:
         for look in small:
             grown.append(_grow(climb, look.model, look.q, escapes=0, leaps=0))
@@ -199,7 +199,7 @@ def _free_family_past_stall(climb: Climb, *, tune: bool) -> Climb:
     return climb
 
 
-def _windows_past(reached: Reached) -> Windows:
+def _windows_past(reached: GrownModel) -> Windows:
     """Return windows a little past the horizons; those of followed records are no longer than the others."""
     ends_s, stalled_s = dict[str, float](), list[float]()
     for target in reached.problem.targets:
@@ -214,7 +214,7 @@ def _windows_past(reached: Reached) -> Windows:
     return {t.name: (0, round(min(ends_s[t.name], longest_s) * t.base.sample_rate_hz)) for t in reached.problem.targets}
 
 
-def tune_periods(climb: Climb, families: Families, reached: Reached) -> Reached:
+def tune_periods(climb: Climb, families: Families, reached: GrownModel) -> GrownModel:
     """Grow again if the longer windows of a growth show another number of periods of slow friction."""
     tell = _teller(climb, "past the stall")
     while slow := next(filter(families.is_slow, reached.model.effects), None):
@@ -237,7 +237,7 @@ def _free_all(climb: Climb) -> Climb:
     return climb.with_growth(_grow(climb, small.model, small.q, escapes=STAGES.small_escapes))
 
 
-def _families_with_law(climb: Climb, reached: Reached) -> Families:
+def _families_with_law(climb: Climb, reached: GrownModel) -> Families:
     """Return the families with the law of a growth."""
     law = reached.model.added.law
     return next((climb.families.with_law(one) for one in climb.families.laws() if one.name == law), climb.families)
@@ -245,7 +245,7 @@ def _families_with_law(climb: Climb, reached: Reached) -> Families:
 
 def _grow(
     climb: Climb, model: AugmentedModel, q: FloatArray, *, escapes: int, leaps: int = STAGES.small_leaps
-) -> Reached:
+) -> GrownModel:
     if model.superset is not None and len(model.effects) <= IN_DIAGNOSIS.few:
         # A few effects are laid out on a plant of their own, whose steps are faster than the superset's.
         compact = model.lay_out(climb.families.plain)

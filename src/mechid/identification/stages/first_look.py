@@ -9,7 +9,7 @@ from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.effects.augmented import AugmentedModel
 from mechid.identification.effects.scores import bayesian_penalty
-from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.digests import identity
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.search.first_moments import first_window
 from mechid.identification.search.multistart import NO_WINDOWS, Candidate, cost_with_priors, refine
@@ -84,8 +84,8 @@ def fit_look(
 
     def work() -> dict[str, object]:
         at_point = cost_with_priors(model.problem, q, windows)
-        begun = refine(model.problem, Candidate(q, 0.0), steps // 2, halves, priors=True)
-        found = refine(model.problem, begun, steps, windows, priors=True)
+        initial = refine(model.problem, Candidate(q, 0.0), steps // 2, halves, priors=True)
+        found = refine(model.problem, initial, steps, windows, priors=True)
         if found.cost > at_point:
             found = refine(model.problem, Candidate(q, 0.0), steps, windows, priors=True)
         return {"q": found.q, "cost": found.cost}

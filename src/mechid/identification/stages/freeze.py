@@ -13,7 +13,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.result.grade import FitOutcome
-from mechid.identification.result.search_state import Frozen, SearchState
+from mechid.identification.result.search_state import HeldParameter, SearchState
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.dependence import Dependence, worst_dependence
@@ -55,7 +55,7 @@ def _hold_parameter(
     reason = f"{found.sentence}. Held at {parameter.value:.6g} {parameter.declaration.unit}; "
     seen = seen_coordinates(before, triangle)
     unseen = {name for name, is_seen in zip(before.coordinates.names, seen, strict=True) if not is_seen}
-    held = Frozen(found.held, parameter.value, parameter.sigma, reason + _shifts(before, was, state, unseen))
+    held = HeldParameter(found.held, parameter.value, parameter.sigma, reason + _shifts(before, was, state, unseen))
     return watch.note(replace(state, frozen=(*state.frozen, held)))
 
 

@@ -16,7 +16,7 @@ from mechid.identification.search.gates import Growth
 from mechid.identification.search.masks import mask_near
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.effect_rungs import FREED_EFFECTS, FURTHEST, NAMED_EFFECTS
-from mechid.identification.stages.kernels_ahead import LINE
+from mechid.identification.stages.kernel_precompilation import LINE
 from mechid.identification.stages.ladder import Climb, Rung, climb_ladder
 from mechid.identification.stages.masked_growth import MASKED_AS_WRITTEN, MASKED_FURTHEST
 from mechid.identification.stages.raised_level import NAMED_AT_RAISED_LEVEL

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.digests import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.grade import FitOutcome
@@ -68,8 +68,8 @@ def _points_beside_corners(problem: Problem, stopped: Solution) -> Iterator[Floa
         lowered = {c.below: STAGES.lowered * values[c.name]} if known[c.below].is_free else {}
         for factor in STAGES.spread:
             moved = {name: factor * known[name].value for name in hidden}
-            begun = space.from_values({n: p.value for n, p in known.items()} | values | lowered | moved)
-            yield np.concatenate([begun, problem.coordinates.of_records(q)])
+            initial = space.from_values({n: p.value for n, p in known.items()} | values | lowered | moved)
+            yield np.concatenate([initial, problem.coordinates.of_records(q)])
 
 
 def _table(name: str) -> str:

@@ -22,7 +22,7 @@ from mechid.identification.search.settings import SEARCH
 from mechid.identification.stages.families import Families
 from mechid.identification.stages.first_look import FirstLook
 from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.term_growth import Reached, settle
+from mechid.identification.stages.term_growth import GrownModel, settle
 from mechid.identification.stages.watch import Watch
 from mechid.simulation.work import WorkSpentError, suspend_counting, work_counter
 
@@ -51,7 +51,7 @@ class Climb:
         Growth of the mechanism as written; that of the state once all records are followed.
     looks : tuple of FirstLook
         Looks at families of effects over the first moments, the best one last.
-    reached : Reached or None
+    reached : GrownModel or None
         Furthest growth with effects free.
     found : iterator of Candidate
         Further refined starts.
@@ -71,14 +71,14 @@ class Climb:
     starts: tuple[FloatArray, ...] = ()
     growth: Growth | None = None
     looks: tuple[FirstLook, ...] = ()
-    reached: Reached | None = None
+    reached: GrownModel | None = None
     found: Iterator[Candidate] = field(default_factory=lambda: iter(()))
     raised: tuple[SearchState, Growth] | None = None
     tried: tuple[str, ...] = ()
     shared: dict[Problem, Families] = field(default_factory=dict, repr=False)
 
     @property
-    def at_raised(self) -> tuple[SearchState, Growth]:
+    def state_at_raised_noise(self) -> tuple[SearchState, Growth]:
         """State and growth at a raised noise level, or at the known one if none was raised."""
         assert self.growth is not None
         return self.raised or (self.state, self.growth)
@@ -107,7 +107,7 @@ class Climb:
         """Whether the campaign allows additional effects."""
         return self.campaign.options.terms or self.campaign.options.disturbances != "none"
 
-    def with_growth(self, reached: Reached) -> Climb:
+    def with_growth(self, reached: GrownModel) -> Climb:
         """Return the climb with a further growth; if it follows all records, with the needed part of its effects."""
         best = reached if self.reached is None or reached.share > self.reached.share else self.reached
         if reached.growth.complete:
@@ -164,14 +164,14 @@ def climb_ladder(climb: Climb, rungs: tuple[Rung, ...]) -> Climb:
     return replace(climb, state=climb.state.with_warnings(BUDGET_SPENT)) if short and not climb.complete else climb
 
 
-def growth_as_written(climb: Climb) -> Reached:
+def growth_as_written(climb: Climb) -> GrownModel:
     """Return the growth of the mechanism as written."""
     written = climb.state.problem
     none = Growth(climb.best.q, {t.name: first_samples(t) for t in written.targets}, False, 0)
-    return Reached(climb.families.bare, climb.growth or none)
+    return GrownModel(climb.families.bare, climb.growth or none)
 
 
-def furthest_growth(climb: Climb) -> Reached:
+def furthest_growth(climb: Climb) -> GrownModel:
     """Return the growth that follows most samples, as written or with effects."""
     plain, reached = growth_as_written(climb), climb.reached
     return plain if reached is None else max((plain, reached), key=lambda one: one.share)

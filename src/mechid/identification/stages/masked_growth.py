@@ -11,7 +11,7 @@ from mechid.identification.search.masks import apply_masks, grow_past_misfit, li
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.ladder import Climb, Rung, furthest_growth
 from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.term_growth import Reached, tell_growth
+from mechid.identification.stages.term_growth import GrownModel, tell_growth
 from mechid.identification.stages.watch import Watch, residual_to_noise
 
 
@@ -28,8 +28,8 @@ def _mask(climb: Climb) -> Climb:
         return climb
     problem, growth = found
     plain = apply_masks(climb.state.problem, masked_runs(problem))
-    begun = replace(climb, state=climb.state.with_problem(plain))
-    end = begun.with_growth(Reached(replace(at.model, problem=problem), growth))
+    initial = replace(climb, state=climb.state.with_problem(plain))
+    end = initial.with_growth(GrownModel(replace(at.model, problem=problem), growth))
     return end if end.complete and _largest_residual(end) <= STAGES.masked_left else climb
 
 
@@ -60,5 +60,5 @@ def fit_followed_again(watch: Watch, state: SearchState, names: tuple[str, ...])
     problem = lift_followed_masks(state.problem, state.q)
     if problem is state.problem:
         return state
-    begun = watch.note(state.with_problem(problem))
-    return joint_fit(watch, begun, "moments counted again", names, tolerance=STAGES.rough_tolerance)
+    initial = watch.note(state.with_problem(problem))
+    return joint_fit(watch, initial, "moments counted again", names, tolerance=STAGES.rough_tolerance)

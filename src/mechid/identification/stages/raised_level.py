@@ -12,11 +12,11 @@ from dataclasses import replace
 from mechid.identification.effects.settings import DURING_FIT
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.budget import effects_budget
+from mechid.identification.stages.effect_ranking import effect_scores
 from mechid.identification.stages.effect_rungs import tune_periods
 from mechid.identification.stages.families import Families
 from mechid.identification.stages.first_look import fit_look
 from mechid.identification.stages.ladder import Climb, Rung
-from mechid.identification.stages.likeliest import effect_scores
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import grow_at_raised_noise
 from mechid.identification.stages.term_growth import grow_model
@@ -29,7 +29,7 @@ def _grow_named(climb: Climb) -> Climb:
     assert climb.growth is not None
     watch, known, whole = climb.watch, climb.state.problem, climb.state.problem.whole_windows()
     climb = replace(climb, raised=grow_at_raised_noise(watch, climb.state, climb.growth, climb.seed))
-    at, growth = climb.at_raised
+    at, growth = climb.state_at_raised_noise
     if not growth.complete:
         return climb
     q = solve(at.problem, growth.q, whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q

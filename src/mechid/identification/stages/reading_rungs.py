@@ -40,13 +40,13 @@ def _reinterpret_raised(climb: Climb) -> Climb:
     Nothing changes if these are half of the records or more, if the others are not followed at their own noise, or if
     no reinterpretation of a record is followed: then the model is incomplete, not the declaration wrong.
     """
-    problem, (at, growth) = climb.state.problem, climb.at_raised
+    problem, (at, growth) = climb.state.problem, climb.state_at_raised_noise
     raised = [t.name for t in at.problem.targets if any(c.raised for c in t.channels)]
     if not growth.complete or not 0 < 2 * len(raised) < len(problem.targets):
         return climb
     tell = partial(climb.watch.tell, "records compared")
     agreed = agreement_of_others(problem, raised, growth.q, climb.seed, tell, climb.watch.journal)
-    if agreed is None or not agreed.judged or agreed.left_out or not agreed.growth.complete:
+    if agreed is None or not agreed.scores or agreed.left_out or not agreed.growth.complete:
         return climb
     return replace(
         climb, state=climb.watch.note(_apply_agreement(climb.state, climb.campaign, agreed)), growth=agreed.growth
@@ -58,7 +58,7 @@ def _keep_raised(climb: Climb) -> Climb:
 
     It is not kept if a reinterpretation of all records is confirmed: then the mechanism is complete.
     """
-    at, growth = climb.at_raised
+    at, growth = climb.state_at_raised_noise
     fitted = fit_with_terms(at, climb.campaign, growth.q) if growth.complete else None
     if fitted is None or _has_confirmed_reading(climb):
         return climb
@@ -75,13 +75,13 @@ def _has_confirmed_reading(climb: Climb) -> bool:
 def _compare_records(climb: Climb) -> Climb:
     """Check whether records contradict each other, or the file's values all of them; else try the other starts."""
     assert climb.growth is not None
-    state, growth, at_raised = climb.state, climb.growth, climb.at_raised
+    state, growth, raised = climb.state, climb.growth, climb.state_at_raised_noise
     watch, seed = climb.watch, climb.seed
     problem, journal = state.problem, watch.journal
     explained = explains(problem, climb.best)
     tell = partial(watch.tell, "records compared")
     agreed = agreement(problem, growth, seed, explained=explained, tell=tell, journal=journal)
-    if agreed and agreed.judged:
+    if agreed and agreed.scores:
         state = watch.note(_apply_agreement(state, climb.campaign, agreed))
         growth = grow_starts(watch, state, refine_starts(watch, state, seed), seed, agreed.growth)
         return _update(climb, *grow_at_raised_noise(watch, state, growth, seed))
@@ -103,7 +103,7 @@ def _compare_records(climb: Climb) -> Climb:
         return _update(climb, watch.note(_apply_agreement(state, climb.campaign, rest)), rest.growth)
     # A confirmed reading shows that noise is not what stops the growth, so the raised level is dropped.
     if not any(reading.is_confirmed for reading in said):
-        state, growth = at_raised if at_raised[0] is not state else (state, growth)
+        state, growth = raised if raised[0] is not state else (state, growth)
     return _update(
         climb, state if growth.complete else state.with_warnings(*(reading.line() for reading in said)), growth
     )

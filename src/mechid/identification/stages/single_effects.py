@@ -10,9 +10,9 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.effects.augmented import AugmentedModel
 from mechid.identification.output_error.problem import Windows
 from mechid.identification.search.settings import SEARCH
+from mechid.identification.stages.effect_ranking import rank_effects
 from mechid.identification.stages.families import Families
 from mechid.identification.stages.first_look import FirstLook, fit_look
-from mechid.identification.stages.likeliest import rank_effects
 from mechid.identification.stages.settings import STAGES
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import digest
 from mechid.identification.computation.parallel import is_external
-from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.digests import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
@@ -59,8 +59,8 @@ def grow_starts(
     """Grow from one candidate after another until one follows all records; otherwise return the furthest growth."""
     if best and best.complete:
         return best
-    problem, begun = state.problem, 2 if best else 1
-    numbered = enumerate(islice(found, STAGES.candidates + 1 - begun), begun)
+    problem, initial = state.problem, 2 if best else 1
+    numbered = enumerate(islice(found, STAGES.candidates + 1 - initial), initial)
     while some := list(islice(numbered, STAGES.together if is_external() else 1)):
         for growth in _grow_candidates(watch, state, some, seed, best, escapes):
             if best is None or growth.followed_share(problem) > best.followed_share(problem):
@@ -106,9 +106,9 @@ def grow_from_followed(watch: Watch, state: SearchState, growth: Growth, seed: i
         return growth
     watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
     rng, own = np.random.default_rng((seed, 0, 8)), problem.restrict_to(names)
-    begun = grow_horizons(own, own.point_from(problem, growth.q), rng, escapes=0, journal=watch.journal)
+    initial = grow_horizons(own, own.point_from(problem, growth.q), rng, escapes=0, journal=watch.journal)
     on_progress = partial(note_growth, watch, state, 1, growth)
-    q = problem.point_from(own, begun.q)
+    q = problem.point_from(own, initial.q)
     whole = grow_horizons(problem, q, rng, on_progress, escapes=STAGES.further_escapes, journal=watch.journal)
     return whole if whole.complete else growth
 

@@ -15,7 +15,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.effects.augmented import AugmentedModel
-from mechid.identification.effects.disturbance import Disturbance, Found, missing_tables, remove_disturbances
+from mechid.identification.effects.disturbance import Disturbance, FoundDisturbance, missing_tables, remove_disturbances
 from mechid.identification.effects.effect import AddedTerms, distance_from_null, lay_out, rename_values
 from mechid.identification.effects.pruning import groups_of, linearise, needed_groups
 from mechid.identification.effects.scores import Score, bayesian_penalty
@@ -36,7 +36,7 @@ from mechid.simulation.work import WorkSpentError
 
 
 @dataclass(frozen=True, eq=False)
-class Reached:
+class GrownModel:
     """Model with effects free, and its growth."""
 
     model: AugmentedModel
@@ -65,7 +65,7 @@ class Reached:
 
 def grow_model(
     watch: Watch, model: AugmentedModel, q: FloatArray, seed: int, *, escapes: int = STAGES.term_escapes, leaps: int = 0
-) -> Reached:
+) -> GrownModel:
     """Grow a model with effects free from a point of it; if the budget is spent, return the growth up to then."""
     tell, rng = tell_growth(watch, model), np.random.default_rng((seed, 0, 7))
     furthest = Growth(q, least_horizons(model.problem), False, 0)
@@ -80,7 +80,7 @@ def grow_model(
         furthest = grow_horizons(
             model.problem, q, rng, on_progress, escapes=escapes, leaps=leaps, journal=watch.journal
         )
-    return Reached(model, furthest)
+    return GrownModel(model, furthest)
 
 
 def tell_growth(watch: Watch, model: AugmentedModel) -> Callable[[FloatArray, Mapping[str, int]], None]:
@@ -95,7 +95,7 @@ def tell_growth(watch: Watch, model: AugmentedModel) -> Callable[[FloatArray, Ma
     return on_progress
 
 
-def free_family_at_stall(watch: Watch, families: Families, reached: Reached, family: Family) -> Reached:
+def free_family_at_stall(watch: Watch, families: Families, reached: GrownModel, family: Family) -> GrownModel:
     """Free a family of effects where a growth has stalled, without those not needed there.
 
     The model returned has not been grown yet: its horizons are those reached before.
@@ -105,16 +105,16 @@ def free_family_at_stall(watch: Watch, families: Families, reached: Reached, fam
     q = solve(wide.problem, q, reached.windows, steps=STAGES.freed_steps, tolerance=STAGES.rough_tolerance).q
     needed = wide.needed_effects(q, reached.windows)
     if needed is None:
-        return Reached(wide, replace(reached.growth, q=q))
+        return GrownModel(wide, replace(reached.growth, q=q))
     watch.tell("added effects", f"needed so far: {effect_words(needed)}")
     less = wide.keep_effects(families.plain, needed, ", ".join(needed) or "as written")
     less = less.widen_priors(families.plain, less.point_of(wide, q), STAGES.at_edge, STAGES.wider)
-    begun = less.point_of(wide, q)
-    moved = solve(less.problem, begun, reached.windows, steps=STAGES.freed_steps, tolerance=STAGES.rough_tolerance).q
-    return Reached(less, replace(reached.growth, q=moved))
+    initial = less.point_of(wide, q)
+    moved = solve(less.problem, initial, reached.windows, steps=STAGES.freed_steps, tolerance=STAGES.rough_tolerance).q
+    return GrownModel(less, replace(reached.growth, q=moved))
 
 
-def settle(watch: Watch, state: SearchState, reached: Reached, seed: int) -> tuple[SearchState, Growth] | None:
+def settle(watch: Watch, state: SearchState, reached: GrownModel, seed: int) -> tuple[SearchState, Growth] | None:
     """Return the state that follows all records with only the needed effects.
 
     The mechanism as written is used if it follows them from here. If the terms leave more than the mechanism as
@@ -166,8 +166,8 @@ def _drop_idle_law(state: SearchState, written: Problem, own: Sequence[Disturban
     fewer = replace(lay_out(AddedTerms(mechanism), added.terms, missing_tables(mechanism, own)), aliases=added.aliases)
     problem = fewer.problem(written, own)
     values = rename_values(state.problem.coordinates.values(state.q), added, fewer)
-    begun, whole = problem.coordinates.clip(problem.coordinates.point(values)), problem.whole_windows()
-    q = solve(problem, begun, whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
+    initial, whole = problem.coordinates.clip(problem.coordinates.point(values)), problem.whole_windows()
+    q = solve(problem, initial, whole, steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
     penalty = bayesian_penalty(sum(t.samples for t in problem.targets)) * (state.problem.size - problem.size)
     with_law = state.problem.total_norm(state.q, whole) ** 2
     if unfollowed_records(problem, q) or problem.total_norm(q, whole) ** 2 > with_law + penalty:
@@ -175,12 +175,14 @@ def _drop_idle_law(state: SearchState, written: Problem, own: Sequence[Disturban
     return replace(state.with_problem(problem), added=fewer).at(q)
 
 
-def unfinished_state(state: SearchState, reached: Reached) -> SearchState:
+def unfinished_state(state: SearchState, reached: GrownModel) -> SearchState:
     """Return the state of a growth that has not reached the ends of all records, with its effects."""
     model, windows = reached.model, reached.windows
     rises = model.needed_effects(reached.q, windows) or {}
     total = max(sum(rises.values()), 1e-300)
-    found = tuple(Found(one, rises.get(one.name, 0.0), rises.get(one.name, 0.0) / total) for one in model.disturbances)
+    found = tuple(
+        FoundDisturbance(one, rises.get(one.name, 0.0), rises.get(one.name, 0.0) / total) for one in model.disturbances
+    )
     base = lay_out(model.base, (), missing_tables(model.base.mechanism, model.disturbances))
     at = replace(state.with_problem(reached.problem), added=model.added, found=(*state.found, *found))
     at = lay_out_state(at.at(reached.q, reached.growth.horizons), base.problem(state.problem, model.disturbances))
@@ -201,21 +203,21 @@ def _fit_without_terms(model: AugmentedModel, problem: Problem, q: FloatArray, p
     at = linearise(problem, q, problem.whole_windows(), terms) if terms else None
     starts = [q] if at is None else [at.fit_only(())[1], q]
     for start in starts:
-        begun = plain.coordinates.clip(plain.coordinates.point(problem.coordinates.values(start)))
-        found = solve(plain, begun, plain.whole_windows(), steps=STAGES.joint_steps, tolerance=1e-6).q
+        initial = plain.coordinates.clip(plain.coordinates.point(problem.coordinates.values(start)))
+        found = solve(plain, initial, plain.whole_windows(), steps=STAGES.joint_steps, tolerance=1e-6).q
         if not unfollowed_records(plain, found):
             break
     return found
 
 
-def select_needed_disturbances(reached: Reached) -> tuple[tuple[Found, ...], Problem, FloatArray]:
+def select_needed_disturbances(reached: GrownModel) -> tuple[tuple[FoundDisturbance, ...], Problem, FloatArray]:
     """Return the disturbances that the joint optimum needs, the problem without the others, and its point."""
     some, problem = reached.model.disturbances, reached.problem
     if not some:
         return (), problem, reached.q
     solution = solve(problem, reached.q, problem.whole_windows(), steps=STAGES.joint_steps, tolerance=1e-6)
     if not np.all(np.isfinite(solution.triangle.jacobian)):
-        return tuple(Found(one, 0.0, 0.0) for one in some), problem, reached.q
+        return tuple(FoundDisturbance(one, 0.0, 0.0) for one in some), problem, reached.q
     named = {one.name: tuple(p.name for p in one.parameters) for one in some}
     samples = sum(t.samples for t in problem.targets)
     groups = groups_of(problem, named)
@@ -227,7 +229,7 @@ def select_needed_disturbances(reached: Reached) -> tuple[tuple[Found, ...], Pro
             rises[one.name] = rise
     lost = [one for one in some if one.name not in rises]
     total = sum(rises.values())
-    found = tuple(Found(one, rises[one.name], rises[one.name] / total) for one in some if one.name in rises)
+    found = tuple(FoundDisturbance(one, rises[one.name], rises[one.name] / total) for one in some if one.name in rises)
     return found, *remove_disturbances(problem, solution.q, lost)
 
 
@@ -238,20 +240,20 @@ def _rise_without_lines(problem: Problem, q: FloatArray, lines: Disturbance) -> 
     return other.total_norm(here, other.whole_windows()) ** 2 - with_them**2
 
 
-def fit_with_terms(raised: SearchState, campaign: Campaign, q: FloatArray) -> Reached | None:
+def fit_with_terms(raised: SearchState, campaign: Campaign, q: FloatArray) -> GrownModel | None:
     """Return all terms fitted at once to whole records, at a raised noise level at which `q` follows them."""
     families = Families(raised.problem, campaign)
     model = families.model(TERMS_AND_RECORDS, near=q)
     if model.problem.size == raised.problem.size:
         return None
-    begun = transfer_values(raised.problem, q, model.problem)
-    solution = solve(model.problem, begun, model.problem.whole_windows(), steps=STAGES.joint_steps, tolerance=1e-6)
+    initial = transfer_values(raised.problem, q, model.problem)
+    solution = solve(model.problem, initial, model.problem.whole_windows(), steps=STAGES.joint_steps, tolerance=1e-6)
     whole = {t.name: t.samples for t in model.problem.targets}
-    return Reached(model, Growth(solution.q, whole, not unfollowed_records(model.problem, solution.q), 0))
+    return GrownModel(model, Growth(solution.q, whole, not unfollowed_records(model.problem, solution.q), 0))
 
 
 def accept_at_raised_noise(
-    watch: Watch, raised: SearchState, growth: Growth, fitted: Reached | None
+    watch: Watch, raised: SearchState, growth: Growth, fitted: GrownModel | None
 ) -> tuple[SearchState, Growth] | None:
     """Return the state at a raised noise level, with added terms if they are needed.
 

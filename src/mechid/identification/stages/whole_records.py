@@ -13,7 +13,7 @@ from mechid.identification.stages.compared_effects import look_at_whole_records
 from mechid.identification.stages.families import Families
 from mechid.identification.stages.first_look import fit_look
 from mechid.identification.stages.settings import STAGES
-from mechid.identification.stages.term_growth import Reached, settle
+from mechid.identification.stages.term_growth import GrownModel, settle
 from mechid.identification.stages.watch import Watch
 
 WHOLE_RECORDS = "the effect that whole records ask for"
@@ -43,7 +43,7 @@ def add_needed_effect(
     if here.criterion - best.criterion < DURING_FIT.least_chi_square or set(best.model.effects) <= set(names):
         return state
     growth = Growth(best.q, {name: stop for name, (_, stop) in whole.items()}, True, 0)
-    settled = settle(watch, state, Reached(best.model, growth), seed)
+    settled = settle(watch, state, GrownModel(best.model, growth), seed)
     if settled is None or not (settled[0].added or settled[0].found):
         return state
     return replace(settled[0], path=(*state.path, WHOLE_RECORDS))

@@ -23,7 +23,7 @@ from mechid.identification.uncertainty.parts import PartsAccumulator, RecordPart
 from mechid.identification.uncertainty.settings import NOISE
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.signal.series import Series, blocks, stretch_of
-from mechid.signal.stored import WritableSeries, pieces_of, write_at
+from mechid.signal.stored_series import WritableSeries, pieces_of, write_at
 
 
 @dataclass(frozen=True)

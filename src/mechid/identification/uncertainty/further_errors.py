@@ -26,7 +26,7 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.result.parameter_estimate import ParameterEstimate
-from mechid.identification.result.search_state import Frozen
+from mechid.identification.result.search_state import HeldParameter
 from mechid.identification.uncertainty.settings import ERRORS
 from mechid.parameter import Status
 
@@ -169,7 +169,12 @@ def clock_warnings(parameters: Mapping[str, ParameterEstimate]) -> tuple[str, ..
 
 
 def consider_covariance(
-    problem: Problem, q: FloatArray, windows: Windows, held: Sequence[Frozen], names: Sequence[str], white: FloatArray
+    problem: Problem,
+    q: FloatArray,
+    windows: Windows,
+    held: Sequence[HeldParameter],
+    names: Sequence[str],
+    white: FloatArray,
 ) -> FloatArray:
     """Return the covariance that the held parameters' sigmas add, (k, k), in the file's coordinates and units.
 
@@ -179,7 +184,7 @@ def consider_covariance(
         The problem in which they are held.
     q : (n,)
     windows : mapping of record to (first, stop)
-    held : sequence of Frozen
+    held : sequence of HeldParameter
         Entries without sigma add nothing.
     names : sequence of str, (k,)
         The estimated parameters.

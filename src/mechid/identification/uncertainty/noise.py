@@ -21,7 +21,7 @@ from mechid.signal.autoregression import fit_autoregression
 from mechid.signal.moments import norm
 from mechid.signal.series import Series, is_finite
 from mechid.signal.spikes import isolated_spikes, outliers
-from mechid.signal.stored import map_samples, samples_at, write_at
+from mechid.signal.stored_series import map_samples, samples_at, write_at
 from mechid.units import unit_words
 
 

@@ -221,7 +221,7 @@ def _collect_errors(
         if any(b.is_contradicted for b in bounded):
             spread.add(inside.error_for(consistency))
             spread.add_shift(step)
-    if state.outcome.stopped_short:
+    if state.outcome.has_stopped_short:
         spread.add_shift(newton_step(triangle, counted))
     for score, dof in state.problem.coordinates.undetermined_means(verdict.q):
         spread.add_shift(_shift_by_score(score, triangle, counted), dof)

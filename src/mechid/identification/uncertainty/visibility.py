@@ -236,7 +236,7 @@ def count_sensitivities(campaign: Campaign) -> int:
     space = SearchSpace(campaign.mechanism)
     idle = {c.name for c in space.coordinates if space.stands_alone(c)}
     further = (
-        sum(q.is_free and q.replaces not in idle for q in (*record.replaced, *record.start))
+        sum(q.is_free and q.replaces not in idle for q in (*record.overrides, *record.start))
         for record in campaign.estimated
     )
     return space.size + max(further, default=0)

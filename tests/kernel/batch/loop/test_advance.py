@@ -7,8 +7,8 @@ from golden_variants import VARIANTS
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
 from mechid.command import Timing
 from mechid.simulation.batch import SETS, Batch
-from mechid.simulation.noted import concatenate_jumps
 from mechid.simulation.simulator import Simulator
+from mechid.simulation.switch_log import concatenate_jumps
 from mechid.simulation.trajectory import SimulationOutcome
 from side_by_side import BASE, FULL, MICRO, alone, around, begun, together
 
