@@ -78,8 +78,9 @@ def _load(rng, rate, how, samples, sample_rate_hz, table):
     for k, each in enumerate(f):
         cosine, sine = np.cos(2.0 * np.pi * each * time), np.sin(2.0 * np.pi * each * time)
         turned = amplitude[:, k : k + 1] * np.exp(1j * phase[:, k : k + 1])
-        for room, each_of in ((load, turned), (passed, turned * table.response(np.array([each])) if table else turned)):
-            room += each_of.real * cosine - each_of.imag * sine
+        seen = turned * table.response(np.array([each])) if table else turned
+        load += turned.real * cosine - turned.imag * sine
+        passed += seen.real * cosine - seen.imag * sine
     return load, [(f, row) for row in amplitude], passed
 
 

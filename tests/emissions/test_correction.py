@@ -25,7 +25,7 @@ def sine(amplitude, f, phase):
 def test_a_sine_comes_back_to_both_ends_of_a_record(f):
     h = table().at(np.array([f]))[0, 0, 0]
     measured = 5.0 + sine(abs(h), f, 0.3 + np.angle(h))
-    found = Correction(response=table()).filtered({0: measured}, FS)[0]
+    found = Correction(response=table()).filter_loads({0: measured}, FS)[0]
     assert np.abs(found - 5.0 - sine(1.0, f, 0.3)).max() < 0.005
 
 
@@ -41,7 +41,7 @@ def test_all_pairs_of_a_measured_response_are_inverted():
     h = cross @ table().at(np.array([f]))[0]
     loads = SCALE * (1.0 + rng.random(6))
     passed = h @ (loads * np.exp(1j * np.arange(6.0)))
-    found = Correction(response=seen).filtered({k: sine(abs(c), f, np.angle(c)) for k, c in enumerate(passed)}, FS)
+    found = Correction(response=seen).filter_loads({k: sine(abs(c), f, np.angle(c)) for k, c in enumerate(passed)}, FS)
     for k, load in enumerate(loads.tolist()):
         assert np.abs(found[k] - sine(load, f, float(k)))[200:-200].max() < 0.005 * load
 
@@ -100,5 +100,5 @@ def test_a_declared_band_narrows_the_supported_one():
 
 def test_a_record_shorter_than_the_filter():
     h = table().at(np.array([200.0]))[0, 0, 0]
-    found = Correction(response=table()).filtered({0: sine(abs(h), 200.0, np.angle(h))[:300]}, FS)[0]
+    found = Correction(response=table()).filter_loads({0: sine(abs(h), 200.0, np.angle(h))[:300]}, FS)[0]
     assert np.abs(found - sine(1.0, 200.0, 0.0)[:300]).max() < 0.01

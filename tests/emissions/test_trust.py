@@ -53,7 +53,7 @@ def test_a_correction_says_where_it_ends_and_why(tmp_path):
     result = found(tmp_path, f"table_response = {{ modes = {MODES}, uncertainty_percent = 1.0 }}")
     # 4 r^2 / (1 - r^2) of 1 % is 1 dB at 0.868 of the mode
     assert result.bench.bands_hz["fx"][1] == pytest.approx(0.868 * 300.0, rel=0.01)
-    assert any("1 mode, is corrected up to: fx 26" in note and "exceeds 1 dB" in note for note in result.notes)
+    assert any("1 mode, is corrected up to: fx 26" in note and "(95 %) exceeds 1 dB" in note for note in result.notes)
 
 
 def test_no_background_no_resonance():

@@ -56,7 +56,7 @@ class Bench:
             return self.mounting
         return replace(self.mounting, point_m=self.interface_point_m)
 
-    def calibrated(self, record: Record) -> Record:
+    def calibrate_record(self, record: Record) -> Record:
         """Return a record with calibrated loads about the table's reference point.
 
         Raises
@@ -107,7 +107,7 @@ def read_bench(table: Mapping[str, Any], place: Place, records: Sequence[Campaig
 
 def with_data(record: CampaignRecord, data: Record, bench: Bench) -> CampaignRecord:
     """Attach the samples to a record of the campaign, calibrated, with moments taken about the mounting point."""
-    data = bench.calibrated(data)
+    data = bench.calibrate_record(data)
     return replace(record, data=data if bench.mounting is None else move_to_mounting_point(data, bench.mounting))
 
 
@@ -173,7 +173,7 @@ def _check(record: CampaignRecord, bench: Bench, place: Place) -> None:
         if bench.calibration.in_volts and not quantities:
             raise place.error('missing; the calibration of [bench] is of voltages, so name each column with unit = "V"')
         # Without channels a record is its torque.
-        if lacking := bench.calibration.missing(quantities or (TORQUE,), mounting):
+        if lacking := bench.calibration.missing_components(quantities or (TORQUE,), mounting):
             raise place.error(
                 f"no {', '.join(lacking)}, which the calibration of [bench] needs for the others; add the channel"
             )

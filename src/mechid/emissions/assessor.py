@@ -211,17 +211,21 @@ class Assessor:
                 )
         for chosen in dict.fromkeys(self._chosen.values()):
             yield _background_note(", ".join(d for d, one in self._chosen.items() if one is chosen), chosen)
-        for direction, found in self._mains.items():
-            if found:
-                yield self._mains_note(direction, sorted(found))
+        yield from self._mains_notes()
 
-    def _mains_note(self, direction: str, multiples: list[float]) -> str:
-        own = [one for one in self._declared.requirements if self._declared.own_direction(one) == direction]
-        excluded = [one.name for one in own if one.exclude_mains]
-        what = f"left out of {', '.join(excluded)} as declared, but where they are orders of the step rate"
-        counted = "counted as emission; exclude_mains = true in a requirement leaves them out"
-        where = ", ".join(f"{f:.4g}" for f in multiples)
-        return f"{direction}: lines of the mains at {where} Hz; {what if excluded else counted}."
+    def _mains_notes(self) -> Iterator[str]:
+        """Yield what became of lines of the mains, once for all directions in which it was the same."""
+        same: dict[tuple[str, str], list[str]] = {}
+        for direction, found in self._mains.items():
+            own = [one for one in self._declared.requirements if self._declared.own_direction(one) == direction]
+            excluded = [one.name for one in own if one.exclude_mains]
+            what = f"left out of {', '.join(excluded)} as declared, but where they are orders of the step rate"
+            counted = "counted as emission; exclude_mains = true in a requirement leaves them out"
+            if found:
+                where = ", ".join(f"{f:.4g}" for f in sorted(found))
+                same.setdefault((where, what if excluded else counted), []).append(direction)
+        for (where, what), directions in same.items():
+            yield f"{', '.join(directions)}: lines of the mains at {where} Hz; {what}."
 
 
 def _common_band(bands: list[tuple[float, float]]) -> tuple[float, float]:
@@ -236,7 +240,8 @@ def _beyond_trust(assessments: tuple[Assessment, ...], bench: BenchUse) -> Itera
         for one in assessments
         if one.judged.worst is not None and one.judged.worst.frequency_hz > bench.trusted_hz
     ]
-    if beyond:
+    # A correction has a band for each direction, and nothing is judged beyond it.
+    if beyond and not bench.response:
         yield f"Decided above {bench.trusted_hz:.3g} Hz, where the table is not trusted: {', '.join(beyond)}."
 
 

@@ -100,9 +100,9 @@ class Correction:
         if self.response is None:
             known = self.uncertainty[0] <= BENCH.most_error
             return np.array([[0.0, np.inf if each else 0.0] for each in known])
-        return np.array([self._supported(k) for k in range(SIX)])
+        return np.array([self._find_support(k) for k in range(SIX)])
 
-    def _supported(self, component: int) -> tuple[float, float]:
+    def _find_support(self, component: int) -> tuple[float, float]:
         assert self.response is not None
         low, high = self.response.coverage_hz[component]
         if np.isnan(low):
@@ -121,7 +121,7 @@ class Correction:
         units = _SCALE[None, :] / _SCALE[:, None]
         return np.asarray(np.abs(self._inverse * units).max(axis=0) > COUPLED)
 
-    def filtered(self, loads: Mapping[int, Series], sample_rate_hz: float) -> dict[int, WritableSeries]:
+    def filter_loads(self, loads: Mapping[int, Series], sample_rate_hz: float) -> dict[int, WritableSeries]:
         """Return the corrected loads by component, N samples each.
 
         Parameters
@@ -139,7 +139,7 @@ class Correction:
         out = {k: allocate_series(size) for k in loads}
         for part in blocks(size, step):
             around = slice(part.start - half, part.start + step + half)
-            measured = {k: rfft(_extended(series, around)) for k, series in loads.items()}
+            measured = {k: rfft(_extend(series, around)) for k, series in loads.items()}
             for row, room in out.items():
                 total = sum(measured[k] * spectrum for (to, k), spectrum in spectra.items() if to == row)
                 # the middle tap stands at `half`, and the block begins `half` samples ahead of its part
@@ -180,7 +180,7 @@ def _fade(frequency_hz: FloatArray, high_hz: float) -> FloatArray:
     return np.asarray(0.5 * (1.0 + np.cos(np.pi * np.clip(beyond, 0.0, 1.0))), dtype=np.float64)
 
 
-def _extended(series: Series, part: slice) -> FloatArray:
+def _extend(series: Series, part: slice) -> FloatArray:
     """Return the samples of a slice that may reach beyond both ends, where the series is continued by prediction.
 
     An image of the samples would bend at the ends, and an inverse that grows with the frequency squared shows a bend as

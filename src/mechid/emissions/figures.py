@@ -175,6 +175,6 @@ def _over_rate(requirement: Mapping[str, Any], figure: Any) -> None:
         label="worst value",
     )
     axes.plot(rate, limit, color=LIMIT, linestyle="--", label="limit there")
-    axes.set(xlabel=RATE, ylabel=f"{requirement['direction']}, {requirement['unit'].replace('*', ' ')}", yscale="log")
+    axes.set(xlabel=RATE, ylabel=f"{requirement['direction']}, {requirement['text']['unit']}", yscale="log")
     in_powers(axes.yaxis)
     legend_above(figure, axes, 2)

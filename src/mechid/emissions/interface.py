@@ -99,9 +99,9 @@ class Interface:
         """
         if self.mounting is None:
             return record
-        record = self.bench.calibrated(record)
+        record = self.bench.calibrate_record(record)
         if self.is_corrected:
-            record = self._corrected(record)
+            record = self._correct(record)
         held = {channel.quantity for channel in record.channels}
         for quantity, forces in self.mounting.levers(tuple(held)) if held & set(COMPONENTS) else ():
             if missing := [force for force in forces if force not in held]:
@@ -111,7 +111,7 @@ class Interface:
                 )
         return move_to_mounting_point(record, self.mounting)
 
-    def _corrected(self, record: Record) -> Record:
+    def _correct(self, record: Record) -> Record:
         assert self.mounting is not None
         at = {k: self.mounting.component(channel.quantity) for k, channel in enumerate(record.channels)}
         place = {k: where for k, where in at.items() if where is not None}
@@ -126,7 +126,7 @@ class Interface:
         loads: dict[int, Series] = {
             component: _times(record.channels[k].data, sign) for k, (component, sign) in place.items()
         }
-        found = self.correction.filtered(loads, record.sample_rate_hz)
+        found = self.correction.filter_loads(loads, record.sample_rate_hz)
         channels = tuple(
             replace(channel, data=_times(found[place[k][0]], place[k][1])) if k in place else channel
             for k, channel in enumerate(record.channels)

@@ -52,6 +52,17 @@ def emission_numbers(found: Emission) -> dict[str, Any]:
     }
 
 
+def unit_words(unit: str) -> str:
+    """Return a unit as a page shows it.
+
+    Examples
+    --------
+    >>> unit_words("N^2*m^2/Hz")
+    'N² m²/Hz'
+    """
+    return unit.replace("*", " ").replace("^2", "²")
+
+
 def definition_of(requirement: Requirement) -> str:
     """Return how the quantity of a requirement is defined."""
     return DEFINITIONS[requirement.kind].format(resolution=requirement.resolution_hz)
@@ -66,7 +77,13 @@ def _directions(found: Emission) -> list[dict[str, Any]]:
     }
     bands = {name: found.bands_hz.get(name, found.usable_hz) for name, _ in named}
     return [
-        {"name": name, "unit": unit, "rates": rates[name], "usable_band_Hz": [finite(f) for f in bands[name]]}
+        {
+            "name": name,
+            "unit": unit,
+            "rates": rates[name],
+            "usable_band_Hz": [finite(f) for f in bands[name]],
+            "text": {"unit": unit_words(unit)},
+        }
         for name, unit in named
     ]
 
@@ -85,7 +102,7 @@ def _bench(use: BenchUse) -> dict[str, Any]:
 
 def _assessment(one: Assessment) -> dict[str, Any]:
     requirement, worst = one.requirement, one.judged.worst
-    text = {"verdict": VERDICT_WORDS[one.verdict], **worst_texts(worst)}
+    text = {"verdict": VERDICT_WORDS[one.verdict], "unit": unit_words(requirement.unit), **worst_texts(worst)}
     return {
         "name": requirement.name,
         "direction": requirement.direction,

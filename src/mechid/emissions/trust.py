@@ -1,4 +1,4 @@
-"""What is known of the bench: how its loads were made, and up to which frequency they can be trusted."""
+"""Statement on the bench: how its loads were made, and up to which frequency they can be trusted."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from mechid.analysis.measured_resonances import measured_resonances
-from mechid.campaign.table_response_entry import DIRECTIONS, DeclaredResponse
+from mechid.campaign.table_response_entry import DeclaredResponse
 from mechid.emissions.background import Background
 from mechid.emissions.interface import Interface
 from mechid.emissions.settings import BENCH
@@ -81,7 +79,7 @@ def bench_use(interface: Interface, backgrounds: Mapping[str, Background | None]
     bands = {one: interface.band_hz(one) for one in backgrounds}
     highest = min((high for _, high in bands.values()), default=math.inf)
     if interface.is_corrected:
-        trusted, reason = highest, _reason_of_correction(interface, bands)
+        trusted, reason = highest, _reason_of_correction(interface)
     elif bench.usable_band_hz:
         trusted = highest
         reason = f"No response of the table is declared; usable_band_hz trusts it up to {plain(highest, 4)} Hz."
@@ -104,26 +102,16 @@ def _name(response: DeclaredResponse) -> str:
     return response.file.name if response.file else f"{count} mode{'s' * (count > 1)}"
 
 
-def _reason_of_correction(interface: Interface, bands: Mapping[str, tuple[float, float]]) -> str:
-    """Return why the correction ends where it does, in its first direction to end."""
-    if not bands:
-        return ""
-    first = min(bands, key=lambda one: bands[one][1])
-    high = bands[first][1]
-    correction = interface.correction
-    if high == correction.band_hz[1]:
-        return "There usable_band_hz ends."
-    assert correction.response is not None
-    ends = correction.response.coverage_hz[:, 1]
-    component = DIRECTIONS.index(first) if first in DIRECTIONS else 0
-    if np.isclose(high, ends[component]):
-        if interface.bench.response is not None and interface.bench.response.file is not None:
-            return "There the measured response ends."
-        return (
-            "Above, the uncertainty of the correction (95 %) exceeds 1 dB, or, in a direction without a mode, a mode "
-            "that was not found could add as much."
-        )
-    return "Above, the uncertainty of the correction itself (95 %) exceeds 1 dB; it widens the bounds below."
+def _reason_of_correction(interface: Interface) -> str:
+    """Return why the correction ends where it does."""
+    response = interface.bench.response
+    assert response is not None
+    end = "with the measured response" if response.file else "without a mode at a third of the highest one"
+    declared = ", or usable_band_hz" if interface.bench.usable_band_hz else ""
+    return (
+        f"Each ends where the uncertainty of the correction itself (95 %) exceeds 1 dB, or {end}{declared}. Below, "
+        "that uncertainty is part of all bounds."
+    )
 
 
 def _from_resonance(found: tuple[str, float] | None, sample_rate_hz: float) -> tuple[float, str]:

@@ -41,7 +41,7 @@ class Calibration:
     uncertainty: float
     source: str
 
-    def missing(self, quantities: tuple[str, ...], mounting: Mounting) -> tuple[str, ...]:
+    def missing_components(self, quantities: tuple[str, ...], mounting: Mounting) -> tuple[str, ...]:
         """Return the components that channels of these quantities need for their loads, and that are not among them."""
         held = {at[0] for quantity in quantities if (at := mounting.component(quantity))}
         needed = {k for row in held for k in np.flatnonzero(self.matrix[row])}
@@ -57,7 +57,7 @@ def calibrate(record: Record, calibration: Calibration, mounting: Mounting) -> R
         The loads need a component that was not recorded.
     """
     held = {at[0]: (channel, at[1]) for channel in record.channels if (at := mounting.component(channel.quantity))}
-    if missing := calibration.missing(tuple(channel.quantity for channel in record.channels), mounting):
+    if missing := calibration.missing_components(tuple(channel.quantity for channel in record.channels), mounting):
         raise RecordError(
             f'record "{record.name}": has no {", ".join(missing)}, which the calibration of [bench] needs for '
             f"{', '.join(channel.quantity for channel, _ in held.values())}; add the channels"

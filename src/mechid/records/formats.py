@@ -28,11 +28,12 @@ from mechid.records.numpy_file import open_npy, open_npz
 from mechid.records.parquet import open_parquet
 from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
-from mechid.records.spec import RecordSpec
+from mechid.records.spec import VOLTAGE, RecordSpec
 from mechid.records.table import Table
 from mechid.records.tdms import open_tdms
 from mechid.records.uff import open_uff
 from mechid.signal.series import Series, no_samples
+from mechid.units import si_unit
 from mechid.writing import mark_as_read
 
 MIN_SAMPLES = 16
@@ -190,7 +191,7 @@ def _channel(table: Table, chosen: ChosenColumn, data: Series, bridged: IntArray
     column = table.columns[chosen.index]
     return Channel(
         quantity=chosen.quantity,
-        unit=chosen.unit,
+        unit=si_unit(VOLTAGE if chosen.in_volts else chosen.quantity),
         data=data,
         role=chosen.role,
         column=column.key or str(chosen.index),

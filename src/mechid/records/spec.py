@@ -29,6 +29,10 @@ class TimeStamps(StrEnum):
     """The stamps are the true times of irregular samples: the channels are interpolated onto a regular clock."""
 
 
+VOLTAGE = "voltage"
+"""Quantity by whose units a channel in volts is converted, until the calibration makes a load of it."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ChannelSpec:
     """Declaration of a channel in the campaign.
