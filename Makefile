@@ -82,7 +82,7 @@ format: $(VENV)/.installed-dev ## Bring the sources into form
 lock: ## Write constraints.txt anew from the newest versions that pyproject.toml allows
 	rm -rf build/lock
 	$(PYTHON) -m venv build/lock
-	build/lock/bin/python -m pip --disable-pip-version-check install -e '.[bench,cluster,control,dataframes,dev,formats,site,structures]'
+	build/lock/bin/python -m pip --disable-pip-version-check install -e '.[bench,cluster,control,dataframes,dev,formats,office,site,structures]'
 	{ echo '# Every version that make installs, by `make lock`; do not edit. What only Windows needs is not pinned.'; \
 	  build/lock/bin/python -m pip --disable-pip-version-check freeze --exclude-editable; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt

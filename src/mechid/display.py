@@ -54,16 +54,23 @@ class DisplayedResult:
         found: dict[str, Any] = presenter_of(self).numbers(self)
         return found
 
-    def write(self, out: Path | str) -> list[Path]:
+    def write(self, out: Path | str, *, docx: bool = False) -> list[Path]:
         """Write the files of the command of the same name into a folder, created if missing, and return their paths.
+
+        Parameters
+        ----------
+        out : Path
+        docx : bool
+            Whether the test report is written too, as a Word document (extra ``office``).
 
         Raises
         ------
         UsageError
-            The folder cannot be written to.
+            The folder cannot be written to; or a Word document is wanted, and python-docx is not installed, or this
+            kind of result has no test report.
         """
         own = presenter_of(self)
-        files: list[Path] = own.write(self, own.numbers(self), Path(out))
+        files: list[Path] = own.write(self, own.numbers(self), Path(out), docx=docx)
         return files
 
     def __repr__(self) -> str:

@@ -11,6 +11,7 @@ from mechid.campaign import mechanism_text
 from mechid.campaign.bench import true_mechanism, write_bench
 from mechid.cli.app import app
 from mechid.identification.computation.workforce import working_on
+from once import once
 
 STAGE = """
 [[stage]]
@@ -130,10 +131,14 @@ def staged(changed, folder):
 @pytest.fixture(scope="session")
 def fitted(tmp_path_factory):
     """Return the folders of a campaign of two unknowns and of its fit; not to be changed."""
-    folder = tmp_path_factory.mktemp("beyond")
-    campaign = write_bench(folder / "bench", seed=3, sweep_s=1.0)
-    (folder / "bench" / "mechanism.toml").write_text(mechanism_text(true_mechanism().with_free(TWO), "near"))
-    campaign.write_text(campaign.read_text() + STAGE_OF_TWO)
-    result = CliRunner().invoke(app, ["identify", str(campaign), "--out", str(folder / "fit")])
-    assert result.exit_code == 0, result.stderr
-    return folder
+
+    def make():
+        folder = tmp_path_factory.mktemp("beyond")
+        campaign = write_bench(folder / "bench", seed=3, sweep_s=1.0)
+        (folder / "bench" / "mechanism.toml").write_text(mechanism_text(true_mechanism().with_free(TWO), "near"))
+        campaign.write_text(campaign.read_text() + STAGE_OF_TWO)
+        result = CliRunner().invoke(app, ["identify", str(campaign), "--out", str(folder / "fit")])
+        assert result.exit_code == 0, result.stderr
+        return folder
+
+    return once(tmp_path_factory, "fit_of_two", make)

@@ -27,8 +27,9 @@ def folder(tmp_path):
 
 def test_a_budget_from_file_to_file(run, folder):
     """Truth: closed forms between the files. RMS of the line of sight is the lines' by the modes' transfer."""
-    result = run("budget", folder / "budget.toml", "--out", folder / "out")
+    result = run("budget", folder / "budget.toml", "--out", folder / "out", "--docx")
     assert result.exit_code == 0, result.stderr
+    assert f"written: {folder / 'out' / 'budget.docx'}" in result.stdout
     data = json.loads((folder / "out" / "budget.json").read_text(encoding="utf-8"))
     rows = list(csv.DictReader((folder / "out" / "harmonics.csv").read_text(encoding="utf-8").splitlines()))
     (mode,) = data["modes"]
@@ -132,8 +133,9 @@ def test_a_profile_from_file_to_file(run, folder):
     h5py = pytest.importorskip("h5py")
     assert "rate_profile" in PROFILE
     (folder / "budget.toml").write_text(PROFILE, encoding="utf-8")
-    result = run("budget", folder / "budget.toml", "--out", folder / "out")
+    result = run("budget", folder / "budget.toml", "--out", folder / "out", "--docx")
     assert result.exit_code == 0, result.stderr
+    assert f"written: {folder / 'out' / 'budget.docx'}" in result.stdout
     data = json.loads((folder / "out" / "budget.json").read_text(encoding="utf-8"))
     (mode,) = data["modes"]
     rows = list(csv.DictReader((folder / "out" / "windowed.csv").read_text(encoding="utf-8").splitlines()))

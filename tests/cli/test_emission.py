@@ -1,5 +1,7 @@
 """`mechid emission`. Truth: a line of 0.05 N that was written into the record."""
 
+import sys
+
 import pytest
 
 from emission_bench import background, record, requirement, samples, write_campaign
@@ -22,7 +24,23 @@ def test_only_a_strict_command_fails_with_a_verdict(run, tmp_path, limit, option
 
 
 def test_an_option_that_is_not_there_is_refused(run, tmp_path):
-    assert judge(run, tmp_path, 0.1, "--docx").exit_code == 2
+    assert judge(run, tmp_path, 0.1, "--pdf").exit_code == 2
+
+
+def test_the_test_report_is_written_when_asked_for(run, tmp_path):
+    assert "emission.docx" not in judge(run, tmp_path, 0.1).stdout
+    assert f"written: {tmp_path / 'out' / 'emission.docx'}" in judge(run, tmp_path, 0.1, "--docx").stdout
+
+
+@pytest.mark.parametrize("command", ["emission", "identify", "budget", "report"])
+def test_without_python_docx_the_test_report_is_refused_before_any_work(run, tmp_path, monkeypatch, command):
+    """Truth: the file to be read is not there, which would be refused with 3."""
+    monkeypatch.setitem(sys.modules, "docx", None)
+    place = [tmp_path / "none.toml"] if command == "report" else [tmp_path / "none.toml", "--out", tmp_path / "out"]
+    result = run(command, *place, "--docx")
+    assert result.exit_code == 2
+    assert 'docx: a Word document needs python-docx; pip install "mechid[office]"' in result.stderr
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_campaign_without_requirements_says_what_to_write(run, tmp_path):

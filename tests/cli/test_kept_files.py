@@ -149,7 +149,7 @@ def named(fitted, tmp_path):
         ("bootstrap.csv", ("bootstrap", "FIT", "--draws", "2", "--out", "BENCH")),
         ("profile.csv", ("profile", "FIT", "--parameter", "housing.gain", "--out", "BENCH")),
         ("fleet.csv", ("fleet", "BENCH", "--out", "BENCH")),
-        ("lines.csv", ("export", "FIT", "--to", "tables", "--out", "BENCH")),
+        ("lines.csv", ("export", "FIT", "--to", "tables", "--option", "rates=46", "--out", "BENCH")),
     ],
 )
 def test_a_record_that_is_called_as_a_result_is_never_replaced(run, refused, named, name, words):

@@ -144,7 +144,8 @@ def test_an_empty_word_is_refused(refused, folder, words):
 
 def test_a_fit_whose_campaign_has_changed_is_handed_on_with_a_warning(run, fitted, tmp_path):
     campaign = shutil.copytree(fitted / "bench", tmp_path / "bench")
-    asked = ["export", fitted / "fit", "--to", "tables", "--campaign", campaign / "campaign.toml"]
+    asked = ["export", fitted / "fit", "--to", "tables", "--option", "rates=46"]
+    asked += ["--campaign", campaign / "campaign.toml"]
     assert "changed since the fit" not in run(*asked, "--out", tmp_path / "one").stderr
     with (campaign / "mechanism.toml").open("a") as file:
         file.write("# changed\n")

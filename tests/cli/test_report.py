@@ -1,5 +1,6 @@
 """`mechid report`; truth: the files that identify left, and what it says of those that are not there."""
 
+import hashlib
 import json
 import shutil
 from dataclasses import replace
@@ -7,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
+import word_files
 from mechid.campaign import load_campaign
 from mechid.identification import run as identification
 from mechid.identification.identify import identify
@@ -26,7 +28,7 @@ def result(fitted, run, staged, tmp_path, tmp_path_factory):
     if not fitted:
         kept = tmp_path_factory.mktemp("kept")
         shutil.copytree(staged, kept / "campaign")
-        identified = run("identify", kept / "campaign", "--out", kept / "out", "--workers", 1)
+        identified = run("identify", kept / "campaign", "--out", kept / "out", "--workers", 1, "--docx")
         assert identified.exit_code == 0, identified.stderr
         fitted.update(kept=kept)
     out = shutil.copytree(fitted["kept"] / "out", tmp_path / "out")
@@ -39,14 +41,27 @@ def test_it_makes_the_report_of_identify_again(run, result):
     for name in NAMES[::2]:
         (result.out / name).unlink()
     shutil.rmtree(result.out / "figures")
-    made = run("report", result.out)
+    docx = (result.out / "report.docx").read_bytes()
+    made = run("report", result.out, "--docx")
     assert made.exit_code == 0, made.stderr
     assert [
-        f"written: {result.out / name}" for name in [*NAMES, "figures", "residual.json"]
+        f"written: {result.out / name}" for name in [*NAMES, "report.docx", "figures", "residual.json"]
     ] == made.stdout.splitlines()
     assert sorted(path.name for path in (result.out / "figures").iterdir()) == figures
     assert json.loads((result.out / "report.json").read_text()) == json.loads(before["report.json"])
     assert (result.out / "report.md").read_text() == before["report.md"]
+    assert (result.out / "report.docx").read_bytes() == docx
+
+
+def test_the_word_document_has_the_figures_and_the_digests_of_the_files_beside_it(result):
+    """Truth: the files."""
+    file = word_files.opened(result.out / "report.docx")
+    left = {row[0]: row[2] for row in word_files.table_under(file, "Files of the result beside this one")[1:]}
+    assert set(left) == {"estimate.json", "mechanism.toml", "report.json"}
+    for name, digest in left.items():
+        assert hashlib.sha256((result.out / name).read_bytes()).hexdigest() == digest
+    captions = [text for text in word_files.captions(file) if text.startswith("Figure")]
+    assert len(captions) == len(file.inline_shapes) >= 3
 
 
 def test_without_a_journal_the_campaign_has_to_be_named(refused, run, result):
@@ -72,7 +87,7 @@ def test_an_empty_folder_is_refused(refused, tmp_path):
 def test_a_report_that_fails_leaves_the_estimate(run, staged, tmp_path, monkeypatch):
     """Truth: the rule that the estimate is on disk before the report is begun."""
 
-    def fail(*_):
+    def fail(*_, **__):
         raise RuntimeError("no font")
 
     monkeypatch.setattr("mechid.reports.files.write_report", fail)

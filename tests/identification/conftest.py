@@ -1,22 +1,26 @@
 """A campaign whose mechanism file lacks a harmonic: its fit and its diagnosis, each made once."""
 
+from dataclasses import replace
+
 import pytest
 
 import mechid
 from diagnosis_bench import HARMONIC, made
 from mechid.identification.diagnosis.diagnosis import diagnose
+from once import once
 from synthetic import TRUTH
 
 
 @pytest.fixture(scope="session")
-def fitted():
+def fitted(tmp_path_factory):
     """Return a campaign that lacks a harmonic, and its fit."""
     bench = made(HARMONIC)
-    return bench, mechid.identify(bench, workers=1, near=TRUTH)
+    fit = once(tmp_path_factory, "lacking_fit", lambda: mechid.identify(bench, workers=1, near=TRUTH))
+    return bench, replace(fit, campaign=bench)
 
 
 @pytest.fixture(scope="session")
-def lacking(fitted):
+def lacking(fitted, tmp_path_factory):
     """Return a campaign that lacks a harmonic, and its diagnosis."""
     bench, fit = fitted
-    return bench, diagnose(fit, workers=1)
+    return bench, once(tmp_path_factory, "lacking_diagnosis", lambda: diagnose(fit, workers=1))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,8 @@ from mechid.campaign.place import Place, describe_entry, refuse_unknown_keys, re
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_whole
 from mechid.identification.result.fit import ESTIMATE_NAME
+from mechid.reading.whole import is_file
+from mechid.records.formats import digest_of
 from mechid.structure import Structure
 
 KEYS = ("estimate", "axis", "seed", "flight", "structure", "mode", "error", "requirement")
@@ -30,7 +32,8 @@ KEYS = ("estimate", "axis", "seed", "flight", "structure", "mode", "error", "req
 class BudgetFile:
     """Content of a budget file, its structure loaded.
 
-    `frame` holds the bench's axes as columns in the structure's frame, (3, 3).
+    `frame` holds the bench's axes as columns in the structure's frame, (3, 3); `inputs` the SHA-256 of the files that
+    were read, by name.
     """
 
     path: Path
@@ -43,6 +46,7 @@ class BudgetFile:
     requirements: tuple[Requirement, ...]
     errors: tuple[OtherError, ...] = ()
     seed: int = 0
+    inputs: Mapping[str, str] = field(default_factory=dict)
 
 
 def read_budget_file(path: Path | str, *, structure: Structure | None = None, has_estimate: bool = False) -> BudgetFile:
@@ -76,11 +80,11 @@ def budget_of_table(
 
 
 def _budget_from_table(
-    table: Mapping[str, Any], path: Path, structure: Structure | None, *, has_estimate: bool
+    table: Mapping[str, Any], path: Path, given: Structure | None, *, has_estimate: bool
 ) -> BudgetFile:
     place = Place(path.name)
     refuse_unknown_keys(table, KEYS, place)
-    structure, coupled_below_hz = read_structure_entry(table, place, path.parent, structure)
+    structure, coupled_below_hz = read_structure_entry(table, place, path.parent, given)
     seed = table.get("seed", 0)
     if not is_whole(seed, 0, 2**32):
         raise place.key("seed").error(f"{describe_entry(seed)}; write a whole number from 0")
@@ -95,7 +99,14 @@ def _budget_from_table(
         requirements=read_requirements(table, place, structure.line_of_sight),
         errors=read_errors(table, place, structure.line_of_sight),
         seed=seed,
+        inputs=_digests(path, {} if given is not None else table["structure"]),
     )
+
+
+def _digests(path: Path, structure: Mapping[str, Any]) -> dict[str, str]:
+    """Return the SHA-256 of the budget file, if there is one, and of the file of the structure."""
+    files = {path.name: path} | ({structure["file"]: path.parent / structure["file"]} if structure else {})
+    return {name: digest_of(file) for name, file in files.items() if is_file(file)}
 
 
 def _estimate(table: Mapping[str, Any], place: Place) -> str:

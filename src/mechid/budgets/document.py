@@ -23,6 +23,7 @@ from mechid.budgets.tables import (
 )
 from mechid.budgets.texts import add_texts
 from mechid.budgets.verdict import budget_verdict, coupling_lines
+from mechid.budgets.verification import budget_report
 from mechid.ink.data import Data
 from mechid.ink.document import IN_DOCUMENTS, ON_TERMINAL, Document, Facts, Lines, Part, Picture, Rows, Section, Words
 from mechid.ink.page_rules import COMPACT, ONE_COLUMN
@@ -222,4 +223,5 @@ PRESENTER = Presenter(
     files=_binary_files,
     figures=lambda _made, data: budget_figures(data),
     style=COMPACT + ONE_COLUMN + STYLE,
+    report=budget_report,
 )

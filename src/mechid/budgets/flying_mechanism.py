@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -13,6 +14,7 @@ from mechid.analysis.fit_residuals import FitResiduals, is_simulated
 from mechid.arrays import FloatArray
 from mechid.budgets.discrepancy import Discrepancy, discrepancy_of
 from mechid.budgets.flight_entry import LOAD_INERTIA, Flight
+from mechid.budgets.origin import origin_of
 from mechid.budgets.residual_source import ResidualSource, residual_source
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.result.estimate_file import DIGEST
@@ -54,6 +56,8 @@ class Estimate:
         Whether its records were simulated.
     digest : str
         SHA-256 of the mechanism file that identify wrote with it; empty for a fit in memory.
+    origin : mapping
+        Test of the fit, as `origin_of` returns it.
     """
 
     mechanism: Mechanism
@@ -66,6 +70,7 @@ class Estimate:
     side: SideRecords | None = None
     synthetic: bool = False
     digest: str = ""
+    origin: Mapping[str, Any] = field(default_factory=dict)
 
 
 def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
@@ -113,6 +118,7 @@ def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
         side=residuals.components,
         synthetic=is_simulated(fit),
         digest=str(fit.provenance.get(DIGEST, "")),
+        origin=origin_of(fit),
     )
 
 

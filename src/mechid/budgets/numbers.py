@@ -16,12 +16,12 @@ from mechid.budgets.hdf5 import line_of_sight_series
 from mechid.budgets.line_of_sight import Response
 from mechid.budgets.margins import margins
 from mechid.budgets.mode_budget import ModeBudget
+from mechid.budgets.origin import origin_numbers
 from mechid.budgets.over_rate import torque_bands
 from mechid.budgets.requirement import Standing
 from mechid.budgets.settings import LEVEL, RESIDUALS
 from mechid.budgets.side_numbers import side_of_bench, side_of_mode
 from mechid.budgets.steadiness import steadiness
-from mechid.identification.result.estimate_file import DIGEST
 from mechid.signal.power import cumulative_rms
 
 FORMAT = "mechid-budget/1"
@@ -74,7 +74,7 @@ def budget_numbers(budget: Budget) -> dict[str, Any]:
         "coupling": _coupling_numbers(budget),
         "notes": _notes(budget),
         "warnings": list(budget.warnings),
-        "provenance": {"fit": {DIGEST: budget.estimate.digest or None}},
+        **origin_numbers(budget.estimate.origin, budget.estimate.digest, file.inputs),
     }
 
 

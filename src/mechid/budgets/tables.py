@@ -10,9 +10,10 @@ from mechid.budgets.texts import NO_NUMBER
 from mechid.ink.data import Data
 from mechid.ink.document import IN_DOCUMENTS
 from mechid.ink.table import Table
-from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row, cell_of
+from mechid.ink.text_table import DOCX, MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row, cell_of
 
-TEXTS = (TERMINAL, MARKDOWN)
+TEXTS, NARROW_TEXTS = (TERMINAL, MARKDOWN, DOCX), (TERMINAL, MARKDOWN)
+"""Printers of texts; `NARROW_TEXTS` leaves out the paper, which has no room for all columns."""
 WIDE = "word shares"
 """Style of cells on a page that list parameters."""
 
@@ -75,8 +76,8 @@ REQUIREMENTS = (
     Column("level rad", "level", said="level, rad", where=TEXTS),
     Column("+- sigma", "sigma", said="± σ", where=TEXTS),
     Column("level ± σ, rad", "level", where=(PAGE,), on_page=OnPage(ink=_level_with_error)),
-    Column("by draws", "sampling", said="of it by draws", where=TEXTS),
-    Column("lacking rad", "lacking", said="of it lacking in the model (of the limit)", where=TEXTS),
+    Column("by draws", "sampling", said="of it by draws", where=NARROW_TEXTS),
+    Column("lacking rad", "lacking", said="of it lacking in the model (of the limit)", where=NARROW_TEXTS),
     Column("limit rad", "limit", said="limit, rad"),
     Column(
         "decides %",
@@ -89,7 +90,7 @@ REQUIREMENTS = (
     Column("of", "coupling", words=True, said="coupling that decides", where=TEXTS),
     Column("two-way %", "two_way_margin", said="two-way margin, %", where=TEXTS),
     Column("one-way %", "one_way_margin", said="one-way margin, %", on_page=_with_range("one_way_margin")),
-    Column("by ECSS sum", "ecss", said="ECSS sum, one-way", where=TEXTS),
+    Column("by ECSS sum", "ecss", said="ECSS sum, one-way", where=NARROW_TEXTS),
 )
 SHARES = (
     NAME,

@@ -56,6 +56,12 @@ class Bench:
             return self.mounting
         return replace(self.mounting, point_m=self.interface_point_m)
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Files of its calibration and of its response."""
+        named = (self.calibration and self.calibration.file, self.response and self.response.file)
+        return tuple(path for path in named if path)
+
     def calibrate_record(self, record: Record) -> Record:
         """Return a record with calibrated loads about the table's reference point.
 

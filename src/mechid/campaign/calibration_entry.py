@@ -76,6 +76,7 @@ def read_calibration(entry: Any, place: Place, folder: Path) -> Calibration:
         in_volts=in_volts,
         uncertainty=0.01 * non_negative_number(percent, place.key("uncertainty_percent"), "%"),
         source=source[1],
+        file=folder / source[1] if source[0] == "file" else None,
     )
 
 

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from mechid.campaign.declared_test import DeclaredTest
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.command import ClockReference, Command, Timing
 from mechid.errors import UsageError, did_you_mean
@@ -213,6 +214,8 @@ class Campaign:
     options : IdentifyOptions
     considered : tuple of str
         Names of the effects that a diagnosis considers; empty for all.
+    test : DeclaredTest
+        Statements on the test, for its report.
     warnings : tuple of str
         One line for each suspicious but usable input.
     synthetic : bool
@@ -231,6 +234,7 @@ class Campaign:
     stages: tuple[Stage, ...] = ()
     options: IdentifyOptions = field(default_factory=IdentifyOptions)
     considered: tuple[str, ...] = ()
+    test: DeclaredTest = field(default_factory=DeclaredTest)
     warnings: tuple[str, ...] = ()
     synthetic: bool = False
     source: InCode | None = None

@@ -10,6 +10,8 @@ from typing import Any
 from mechid.campaign.bench_entry import KEY as BENCH
 from mechid.campaign.bench_entry import Bench, read_bench, with_data
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, Campaign, CampaignRecord
+from mechid.campaign.declared_test import KEYS as OF_TEST
+from mechid.campaign.declared_test import read_declared_test
 from mechid.campaign.diagnose_options import DIAGNOSE, read_considered
 from mechid.campaign.identify_options import read_identify_options
 from mechid.campaign.measured_input import assign_channels, with_inputs
@@ -34,6 +36,7 @@ OF_EMISSION = ("requirement", "background")
 KEYS = (
     *("mechanism", SYNTHETIC, "identify", DIAGNOSE, CLOCK.key, REFERENCE, BENCH, "record", "stage", CAMPAIGN, OWN),
     *OF_EMISSION,
+    *OF_TEST,
 )
 
 
@@ -86,6 +89,7 @@ def build_campaign(
     """
     table = merge_tables(table, place)
     options, effects = read_identify_options(table, place), read_considered(table, place)
+    test = read_declared_test(table, place, sources.folder)
     records = read_records(table, place, sources.folder, need_files=sources.need_files)
     bench = read_bench(table, place, records, sources.folder)
     # The mechanism is made only after the records' tables, whose errors are reported first.
@@ -112,6 +116,7 @@ def build_campaign(
         stages=read_stages(table, place, mechanism, records),
         options=options,
         considered=effects,
+        test=test,
         clock_reference=read_clock_reference(table, place),
         synthetic=flag(table.get(SYNTHETIC, False), place.key(SYNTHETIC)),
         warnings=(

@@ -229,7 +229,7 @@ def make_campaign(
         Name used in reports and messages.
     entries : mapping or None
         Other content of campaign.toml: ``stage``, ``identify``, ``diagnose``, ``bench``, ``clock_ppm``,
-        ``clock_reference``.
+        ``clock_reference``, ``article``, ``test``, ``instrument``.
 
     Returns
     -------

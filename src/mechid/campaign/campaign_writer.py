@@ -85,7 +85,8 @@ def campaign_toml(entries: Mapping[str, Any], samples: Mapping[str, SampleColumn
     for key, value in entries.items():
         if isinstance(value, Mapping):
             blocks.append(f"[{_key(key)}]\n{_pairs(value)}")
-    for key in ("record", "stage"):
+    lists = [key for key, value in entries.items() if isinstance(value, list) and _is_table(value)]
+    for key in dict.fromkeys(("record", "stage", *lists)):
         for table in entries.get(key, ()):
             own = {"file": f"{table['name']}.csv"} if key == "record" and table["name"] in samples else {}
             blocks.append(f"[[{key}]]\n{_pairs({**table, **own})}")

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from mechid.cli.docx_option import Docx
 from mechid.cli.scheduler import Scheduler, on_scheduler
 
 
@@ -15,12 +16,16 @@ def budget(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
     workers: Annotated[int, typer.Option(min=1, help="Threads.")] = 1,
     scheduler: Scheduler = None,
+    docx: Docx = False,
 ) -> None:
     """Predict the line of sight's error against requirements."""
     from mechid.budgets.run import budget as budgeted
     from mechid.cli.output import print_result, say
+    from mechid.ink.docx_file import refuse_without_docx
     from mechid.locks import hold_folder
 
+    if docx:
+        refuse_without_docx()
     with hold_folder(out), on_scheduler(scheduler):
         made = budgeted(file, workers=workers, say=say)
-        print_result(made, out)
+        print_result(made, out, docx=docx)

@@ -18,7 +18,7 @@ from mechid.reports.document import PRESENTER
 from mechid.reports.into_folder import DEFAULT_RUN, Audience, identify_into_folder
 
 
-def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_RUN) -> None:
+def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_RUN, *, docx: bool = False) -> None:
     """Identify a campaign, write the results to a folder, and print them.
 
     Raises
@@ -29,7 +29,7 @@ def identify_into(campaign: Campaign, folder: Path, run: IdentifyRun = DEFAULT_R
         The fit was interrupted; the results so far are written.
     """
     advise(f"what was worked out is in {folder}: mechid identify with --resume goes on")
-    made = identify_into_folder(campaign, folder, Audience(followed=show_progress, say=say), run)
+    made = identify_into_folder(campaign, folder, Audience(followed=show_progress, say=say), run, docx=docx)
     PRESENTER.print(made.data, console_on(), made.files)
     if made.fit.outcome is FitOutcome.INTERRUPTED:
         say_interrupted(f"mechid: interrupted; {folder} holds the best so far")

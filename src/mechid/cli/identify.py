@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from mechid.cli.docx_option import Docx
 from mechid.cli.scheduler import Scheduler, on_scheduler
 
 
@@ -19,6 +20,7 @@ def identify(
     complete: Annotated[
         bool, typer.Option("--complete", help="Add what the records say the mechanism file lacks, and identify again.")
     ] = False,
+    docx: Docx = False,
     resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
     """Estimate the free parameters, each with its uncertainty."""
@@ -26,10 +28,14 @@ def identify(
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.identification.run import IdentifyRun
+    from mechid.ink.docx_file import refuse_without_docx
     from mechid.locks import hold_folder
 
+    if docx:
+        refuse_without_docx()
     loaded = load_campaign(campaign)
     with hold_folder(out):
         prepare_kernels(loaded)
         with on_scheduler(scheduler):
-            identify_into(loaded, out, IdentifyRun(seed=seed, workers=workers, complete=complete, resume=resume))
+            run = IdentifyRun(seed=seed, workers=workers, complete=complete, resume=resume)
+            identify_into(loaded, out, run, docx=docx)

@@ -14,11 +14,11 @@ from mechid.ink.console import console_on
 from mechid.progress.terminal import ProgressLine
 
 
-def print_result(result: object, out: Path | None) -> None:
-    """Print a result, and write its files if a folder is given."""
+def print_result(result: object, out: Path | None, *, docx: bool = False) -> None:
+    """Print a result, and write its files if a folder is given, with `docx` also the test report."""
     own = presenter_of(result)
     numbers = own.numbers(result)
-    own.print(numbers, console_on(), own.write(result, numbers, out) if out is not None else ())
+    own.print(numbers, console_on(), own.write(result, numbers, out, docx=docx) if out is not None else ())
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.look import Drive
 from mechid.arrays import FloatArray
 from mechid.campaign.campaign import CampaignRecord
+from mechid.command.words import command_words
 from mechid.emissions.background import HOLDING, Background, choose_background
 from mechid.emissions.declared import Declared
 from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine, EmissionSpectrum, SourceFile
@@ -79,7 +80,9 @@ class Assessor:
                 # A load's error is made of all loads, through cross-talk and the moves of moments.
                 error = self._declared.interface.error_density(direction, stretch.spectra.frequency_hz, densities)
                 self._judge(record.name, data, replace(stretch, bench_error=error), (direction, len(parts)))
-        self._sources.append(_source(data, "run", tuple(rate for _, rate in parts)))
+        source = _source(data, "run", tuple(rate for _, rate in parts))
+        command = command_words(record.command)
+        self._sources.append(replace(source, command=command, channels=record.spec.channels))
 
     def _judge(self, name: str, data: Record, stretch: Stretch, at: tuple[str, int]) -> None:
         direction, parts = at
@@ -190,6 +193,8 @@ class Assessor:
             notes=(*bench.notes(), *self._notes(assessments, bands), *_beyond_trust(assessments, bench)),
             sources=(*self._sources, *backgrounds),
             synthetic=self._declared.synthetic,
+            test=self._declared.test,
+            inputs=self._declared.inputs,
         )
 
     def _notes(self, assessments: tuple[Assessment, ...], bands: dict[str, tuple[float, float]]) -> Iterator[str]:
@@ -279,6 +284,7 @@ def _source(data: Record, state: str, rates: tuple[float, ...]) -> SourceFile:
         sample_rate_hz=data.sample_rate_hz,
         duration_s=data.duration_s,
         rates=rates,
+        started=data.start_time or "",
     )
 
 
@@ -296,4 +302,5 @@ def _group_bins(name: str, rate: float, direction: str, spectra: Spectra) -> Emi
         frequency_hz=middle * spectra.bin_hz,
         amplitude=np.sqrt(density * spectra.peak_scale),
         density=density,
+        rms=float(np.sqrt(spectra.density[spectra.usable_bins()].sum() * spectra.bin_hz)),
     )

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from mechid.campaign.bench_entry import read_bench
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.campaign_builder import KEYS
 from mechid.campaign.campaign_file import find_campaign_file, is_synthetic
+from mechid.campaign.declared_test import DeclaredTest, read_declared_test
 from mechid.campaign.place import Place, refuse_unknown_keys
 from mechid.campaign.record_entry import read_records
 from mechid.campaign.record_tables import merge_tables
@@ -18,9 +20,10 @@ from mechid.emissions.background import Background, read_backgrounds
 from mechid.emissions.interface import Interface
 from mechid.errors import InputFileError, did_you_mean
 from mechid.records import Mounting, prepare_to_read, read_record
+from mechid.records.formats import digest_of
 from mechid.specification.requirement import QUANTITY_OF, Requirement, direction_of
 from mechid.specification.requirement_entry import KEY as REQUIREMENT
-from mechid.specification.requirement_entry import read_requirements
+from mechid.specification.requirement_entry import MASK_FILE, read_requirements
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,6 +41,10 @@ class Declared:
     backgrounds : tuple of Background
     requirements : tuple of Requirement
     synthetic : bool
+    test : DeclaredTest
+        Statements on the test.
+    inputs : mapping of str to str
+        SHA-256 of the files of campaign, requirements and masks, by name.
     """
 
     path: Path
@@ -46,6 +53,8 @@ class Declared:
     backgrounds: tuple[Background, ...]
     requirements: tuple[Requirement, ...]
     synthetic: bool
+    test: DeclaredTest
+    inputs: Mapping[str, str]
 
     def read(self) -> Iterator[CampaignRecord]:
         """Yield the records with their samples, one at a time: all of them would not fit into memory."""
@@ -87,14 +96,11 @@ def load_declared(path: Path, requirements: Path | None) -> Declared:
     refuse_unknown_keys(table, KEYS, place)
     records = read_records(merge_tables(table, place), place, file.parent, need_files=True)
     interface = Interface(read_bench(table, place, records, file.parent))
-    if requirements is None:
-        wanted = read_requirements(table, place, file.parent)
-        at = place
-    else:
-        at = Place(requirements.name)
-        own = read_toml(requirements)
+    asked, own, at = file, table, place
+    if requirements is not None:
+        asked, own, at = requirements, read_toml(requirements), Place(requirements.name)
         refuse_unknown_keys(own, (REQUIREMENT,), at)
-        wanted = read_requirements(own, at, requirements.parent)
+    wanted = read_requirements(own, at, asked.parent)
     _refuse_unmeasured(wanted, records, interface, at)
     return Declared(
         path=file,
@@ -103,7 +109,19 @@ def load_declared(path: Path, requirements: Path | None) -> Declared:
         backgrounds=read_backgrounds(table, place, file.parent, records, interface),
         requirements=wanted,
         synthetic=is_synthetic(table, file),
+        test=read_declared_test(table, place, file.parent),
+        inputs={
+            file.name: digest_of(file),
+            asked.name: digest_of(asked),
+            **_mask_digests(own, asked.parent),
+            **{path.name: digest_of(path) for path in interface.bench.files},
+        },
     )
+
+
+def _mask_digests(table: Mapping[str, Any], folder: Path) -> dict[str, str]:
+    names = [entry[MASK_FILE] for entry in table.get(REQUIREMENT, ()) if MASK_FILE in entry]
+    return {name: digest_of(folder / name) for name in names}
 
 
 def _refuse_unmeasured(

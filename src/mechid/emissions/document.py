@@ -10,6 +10,7 @@ from mechid.emissions.emission import Emission
 from mechid.emissions.figures import emission_figures, over_rate_name, rates_of, spectrum_name, waterfall_name
 from mechid.emissions.numbers import emission_numbers
 from mechid.emissions.tables import csv_texts, write_emission_workbook
+from mechid.emissions.verification import emission_report
 from mechid.identification.result.estimate_file import json_text
 from mechid.ink.data import Data
 from mechid.ink.digits import plain
@@ -29,17 +30,14 @@ from mechid.ink.document import (
 )
 from mechid.ink.presenter import Presenter
 from mechid.ink.table import Table
-from mechid.ink.text_table import Column, OnPage, Row
+from mechid.ink.text_table import MARKDOWN, PAGE, Column, OnPage, Row
 from mechid.records.components import AXES
+from mechid.specification.numbers import VERDICT_MEANING
 from mechid.specification.requirement import AMPLITUDE, PSD
 
 JSON_NAME = "emission.json"
 MOST_LINES = 12
 """Largest lines of a direction that a page shows; lines.csv has all."""
-MEANING = (
-    "Pass: the upper bound of every value is below its limit. Fail: a lower bound is above it. Pass not shown: the "
-    "limit lies between the bounds. Not decidable: so it does, and the background itself is above the limit."
-)
 
 
 def _verdict_style(row: Row) -> str:
@@ -107,7 +105,7 @@ def emission_document(data: Mapping[str, Any]) -> Document:
             Section("Requirements", tuple(_overview(data)), "requirements", "Requirements"),
             Section("", tuple(_direction(data, one) for one in data["directions"]), entry="directions"),
             Section("", tuple(_requirement(k, one) for k, one in enumerate(requirements)), entry="requirements"),
-            Section("Records", tuple(_records(data)), "records", "Records", where=IN_DOCUMENTS),
+            Section("Records", tuple(_records(data)), "records", "Records", where=(MARKDOWN, PAGE)),
         ),
     )
 
@@ -122,7 +120,7 @@ def _verdict(requirements: list[Data]) -> Verdict:
 
 def _overview(data: Data) -> Iterator[Part]:
     yield Rows(Table(VERDICTS, data["requirements"], narrower=((NARROW,),)))
-    yield Words(MEANING, "soft", where=IN_DOCUMENTS)
+    yield Words(VERDICT_MEANING, "soft", where=IN_DOCUMENTS)
     low, high = data["usable_band_Hz"]
     if low is not None and high is not None:
         yield Words(
@@ -207,4 +205,5 @@ PRESENTER = Presenter(
     texts=lambda _found, data: {JSON_NAME: json_text(data), **csv_texts(data)},
     files=_write_workbook,
     figures=emission_figures,
+    report=emission_report,
 )

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from mechid.arrays import FloatArray
+from mechid.campaign.declared_test import DeclaredTest
 from mechid.display import DisplayedResult
 from mechid.emissions.trust import BenchUse
+from mechid.records import ChannelSpec
 from mechid.specification.requirement import Requirement
 from mechid.specification.verdict import Judged, Verdict
 
@@ -34,7 +38,10 @@ class EmissionLine:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EmissionSpectrum:
-    """Largest amplitude and density of groups of bins of one direction at one rate, (G,) each; peak values and SI."""
+    """Largest amplitude and density of groups of bins of one direction at one rate, (G,) each; peak values and SI.
+
+    `rms` is the root mean square over all bins that can be judged.
+    """
 
     record: str
     rate: float
@@ -44,6 +51,7 @@ class EmissionSpectrum:
     frequency_hz: FloatArray
     amplitude: FloatArray
     density: FloatArray
+    rms: float = np.nan
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +80,10 @@ class Assessment:
 
 @dataclass(frozen=True, kw_only=True)
 class SourceFile:
-    """A record or a background that was judged: its file, digest, length and rates in full steps/s."""
+    """A record or a background that was judged: its file, digest, length and rates in full steps/s.
+
+    `command` is in words, `started` the date and time of its first sample (ISO 8601); empty where not known.
+    """
 
     name: str
     file: str
@@ -81,6 +92,9 @@ class SourceFile:
     sample_rate_hz: float
     duration_s: float
     rates: tuple[float, ...]
+    command: str = ""
+    started: str = ""
+    channels: tuple[ChannelSpec, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -105,6 +119,10 @@ class Emission(DisplayedResult):
     sources : tuple of SourceFile
     synthetic : bool
         Whether the records were simulated.
+    test : DeclaredTest
+        Statements of the campaign file on the test.
+    inputs : mapping of str to str
+        SHA-256 of the files of campaign, requirements and masks, by name.
     """
 
     assessments: tuple[Assessment, ...]
@@ -117,6 +135,8 @@ class Emission(DisplayedResult):
     notes: tuple[str, ...] = ()
     sources: tuple[SourceFile, ...] = ()
     synthetic: bool = False
+    test: DeclaredTest = field(default_factory=DeclaredTest)
+    inputs: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def passes(self) -> bool:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import platform
 from collections.abc import Mapping
+from importlib.metadata import version
 from typing import Any
 
 from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine
 from mechid.emissions.trust import BenchUse
 from mechid.ink.digits import plain, with_sigma
+from mechid.records import ChannelSpec
 from mechid.specification.numbers import VERDICT_WORDS, finite, worst_numbers, worst_texts
 from mechid.specification.requirement import AMPLITUDE, BAND_PEAK, PSD, RMS, THIRD_OCTAVE, Requirement
 from mechid.specification.settings import SPECIFICATION
@@ -36,7 +39,17 @@ def emission_numbers(found: Emission) -> dict[str, Any]:
         "usable_band_Hz": [finite(value) for value in found.usable_hz],
         "directions": _directions(found),
         "bench": _bench(found.bench),
+        "backgrounds": [
+            {"direction": one.direction, "record": one.record, "rms": one.rms, "unit": one.unit}
+            for one in found.backgrounds
+        ],
         "notes": list(found.notes),
+        "test": found.test.to_dict(),
+        "channels": _channels(found),
+        "provenance": {
+            "versions": {"mechid": version("mechid"), "python": platform.python_version()},
+            "inputs_sha256": dict(found.inputs),
+        },
         "sources": [
             {
                 "name": one.name,
@@ -46,6 +59,8 @@ def emission_numbers(found: Emission) -> dict[str, Any]:
                 "sample_rate_hz": one.sample_rate_hz,
                 "duration_s": one.duration_s,
                 "rates": [finite(rate) for rate in one.rates],
+                "command": one.command,
+                "started": one.started,
             }
             for one in found.sources
         ],
@@ -98,6 +113,15 @@ def _bench(use: BenchUse) -> dict[str, Any]:
         "trusted_Hz": finite(use.trusted_hz),
         "reason": use.reason,
     }
+
+
+def _channels(found: Emission) -> list[dict[str, Any]]:
+    """Return the channels as declared, each once, with the records that have it."""
+    rows: dict[ChannelSpec, list[str]] = {}
+    for source in found.sources:
+        for channel in source.channels:
+            rows.setdefault(channel, []).append(source.name)
+    return [{**channel.to_dict(), "records": names} for channel, names in rows.items()]
 
 
 def _assessment(one: Assessment) -> dict[str, Any]:

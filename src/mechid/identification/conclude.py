@@ -302,6 +302,7 @@ def _provenance(campaign: Campaign, state: SearchState, seed: int, seconds: floa
         "versions": {name: version(name) for name in PACKAGES} | {"python": platform.python_version()},
         "inputs_sha256": file_digests(campaign),
         "records": {r.name: r.data.provenance for r in campaign.records if r.data is not None},
+        "test": campaign.test.to_dict(),
         "seed": seed,
         "substeps": state.problem.substeps,
         "wall_time_s": seconds,

@@ -44,7 +44,7 @@ from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.start_growth import warn_of_short_horizons
 from mechid.identification.stages.user_stages import follow_stages
 from mechid.identification.stages.watch import Watch
-from mechid.identification.stages.whole_records import add_needed_effect
+from mechid.identification.stages.whole_records import add_needed_effect, remove_effects
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.noise import reject_spikes, rejection_warnings
 from mechid.identification.uncertainty.visibility import chaos_warnings, refuse_free_supply
@@ -185,6 +185,7 @@ def _follow_plan(
 ) -> SearchState:
     """Run the standard plan: multi-start on the first moments, gated growth, joint fit, noise from the residuals."""
     names = (*(p.name for p in campaign.mechanism.free), *state.problem.coordinates.record_parameter_names)
+    written = state.problem.space.mechanism
     if near is None:
         state, growth = search_growth(watch, state, campaign, names, seed, patient=patient)
     else:
@@ -205,23 +206,25 @@ def _follow_plan(
     if campaign.options.mains and lines_of(state.problem):
         state = watch.note(state.with_problem(redetermine_hum(state.problem, state.q, campaign.options.mains)))
     before = state
-    state = fit_with_disturbances(watch, state, campaign, names)
+    # Before the comparison over whole records, which takes longer: a filter in place of delays takes seconds.
+    state = replace_imitations(watch, fit_with_disturbances(watch, state, campaign, names), campaign, names)
     # A bound explains a residual beyond noise: it is no sign of a missing effect.
     is_held = is_on_file_bound(state.problem, state.q)
     asks = (state.found and not before.found) or (needs_more_effects(watch, state) and not is_held)
-    if growth.complete and not before.added and asks:
+    if growth.complete and asks:
         found = tuple(one.disturbance.name for one in state.found)
-        wider = add_needed_effect(watch, before, campaign, found, seed)
-        if wider is not before:
+        # An effect added past a stall that leaves more than noise may imitate one that whole records tell.
+        plain = remove_effects(before, written) if before.added else before
+        wider = add_needed_effect(watch, plain, campaign, found, seed)
+        if wider is not plain:
             more = tuple(dict.fromkeys((*names, *wider.problem.coordinates.names)))
             wider = joint_fit(watch, wider, "joint fit", more, tolerance=STAGES.rough_tolerance)
-            wider = fit_with_disturbances(watch, wider, campaign, more)
+            wider = replace_imitations(watch, fit_with_disturbances(watch, wider, campaign, more), campaign, more)
             # An effect that leaves more than white noise may be an imitation.
             if needs_more_effects(watch, wider):
                 watch.note(state)
             else:
                 state, names = wider, more
-    state = replace_imitations(watch, state, campaign, names)
     if growth.complete and near is None:
         state = confirm_optimum(watch, state, names, seed)
     return watch.note(_set_final_outcome(fit_past_cliffs(watch, state, names, seed)))

@@ -79,14 +79,14 @@ class Index(DisplayedResult):
         """Path of the page."""
         return self.folder / PAGE_NAME
 
-    def write(self, out: Path | str) -> list[Path]:
+    def write(self, out: Path | str, *, docx: bool = False) -> list[Path]:
         """Write the page again into the folder of the index, to which its links are relative.
 
         Raises
         ------
         UsageError
-            `out` is another folder, or the folder is not writable.
+            `out` is another folder, the folder is not writable, or a Word document is wanted: an index has none.
         """
         if Path(out).resolve() != self.folder.resolve():
             raise UsageError(f"{out}: an index leads from {self.folder}, and is written there")
-        return super().write(out)
+        return super().write(out, docx=docx)

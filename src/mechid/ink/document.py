@@ -1,7 +1,7 @@
-"""Document of a result: parts that are printed on a terminal, in Markdown and on a page.
+"""Document of a result: parts that are printed on a terminal, in Markdown, on a page and in Word.
 
 Each capability makes one document of its result (`document.py` in its folder); the printers are `ink.on_terminal`,
-`ink.in_markdown` and `ink.on_page`. The attribute `where` limits a part to some printers.
+`ink.in_markdown`, `ink.on_page` and `ink.in_docx`. The attribute `where` limits a part to some printers.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import TypeAlias
 from mechid.display import SIMULATED
 from mechid.ink.sheet import FOLDER_NAME
 from mechid.ink.table import Table
-from mechid.ink.text_table import EVERYWHERE, MARKDOWN, PAGE, TERMINAL
+from mechid.ink.text_table import DOCX, EVERYWHERE, MARKDOWN, PAGE, TERMINAL
 
-IN_DOCUMENTS = (MARKDOWN, PAGE)
+IN_DOCUMENTS = (MARKDOWN, PAGE, DOCX)
 ON_TERMINAL = (TERMINAL,)
 GOOD, CAUTION, BAD = "good", "caution", "bad"
 """Tones of a verdict."""

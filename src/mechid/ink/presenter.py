@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
+from mechid.errors import UsageError
 from mechid.ink.document import Document
+from mechid.ink.docx_file import picture_files, refuse_without_docx, text_digests, write_docx
 from mechid.ink.in_markdown import document_markdown
 from mechid.ink.on_terminal import print_document
 from mechid.ink.sheet import FOLDER_NAME
@@ -71,6 +73,9 @@ class Presenter:
         Folder of the figures, relative to the folder of the result; empty for the same folder.
     style : str
         Additional style rules of its page.
+    report : callable or None
+        Makes the document of the test report from the numbers, the document and the digests of the files by name; None
+        where this kind of result has no test report.
     """
 
     name: str
@@ -82,9 +87,12 @@ class Presenter:
     figures: Callable[[Any, Mapping[str, Any]], Drawn] = _no_figures
     figure_folder: str = FOLDER_NAME
     style: str = ""
+    report: Callable[[Mapping[str, Any], Document, Mapping[str, str]], Document] | None = None
 
-    def write(self, result: Any, numbers: Mapping[str, Any], folder: Path) -> list[Path]:
+    def write(self, result: Any, numbers: Mapping[str, Any], folder: Path, *, docx: bool = False) -> list[Path]:
         """Write page, Markdown, figures and further files into a folder, which is locked meanwhile.
+
+        With `docx` the test report follows as a Word document.
 
         Returns
         -------
@@ -94,9 +102,14 @@ class Presenter:
         Raises
         ------
         UsageError
-            The folder is not writable.
+            The folder is not writable; or a Word document is wanted, and this kind of result has none, or python-docx
+            is not installed.
         """
         from mechid.ink.on_page import document_page
+
+        if docx:
+            refuse_without_docx()
+            self._refuse_without_report(result)
 
         with hold_folder(folder):
             own = self.files(result, numbers, folder)
@@ -106,9 +119,18 @@ class Presenter:
                 texts[f"{self.name}.md"] = document_markdown(document)
                 texts[f"{self.name}.html"] = document_page(document, figures, self.style)
             own += write_together(folder, texts)
+            if docx and self.report:
+                # Written last: it holds the digests of the files beside it.
+                report = self.report(numbers, document, text_digests(own))
+                pictures = picture_files(folder / self.figure_folder, [*figures])
+                own.append(write_docx(report, pictures, folder / f"{self.name}.docx"))
             if figures and self.figure_folder:
                 return [*own, folder / self.figure_folder]
             return [*own, *(folder / f"{name}.svg" for name in figures)]
+
+    def _refuse_without_report(self, result: Any) -> None:
+        if self.report is None:
+            raise UsageError(f"docx: no test report is made of a {type(result).__name__}; leave it out")
 
     def _write_figures(self, result: Any, numbers: Mapping[str, Any], folder: Path) -> Any:
         if self.figures is _no_figures:

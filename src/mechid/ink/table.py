@@ -67,25 +67,25 @@ class Table:
         """Print the table on a terminal, without empty columns."""
         layouts = ([self.columns], *self.narrower)
         print_tables(
-            console, [[_shown_columns(columns, TERMINAL) for columns in layout] for layout in layouts], self.rows
+            console, [[shown_columns(columns, TERMINAL) for columns in layout] for layout in layouts], self.rows
         )
 
     def markdown(self) -> str:
         """Return the table as Markdown."""
-        shown = _shown_columns(self.columns, MARKDOWN)
-        named = [self.group] if self.group and self._grouped else []
+        shown = shown_columns(self.columns, MARKDOWN)
+        named = [self.group] if self.group and self.is_grouped else []
         lines = ([*([row[GROUP]] if named else []), *(_in_markdown(row, c) for c in shown)] for row in self.rows)
         return markdown_table([*named, *(c.label for c in shown)], lines)
 
     def html(self) -> Markup:
         """Return the table as HTML."""
-        shown = _shown_columns(self.columns, PAGE)
+        shown = shown_columns(self.columns, PAGE)
         heads = Markup("").join(map(_head, shown)) if any(column.label for column in shown) else ""
         head = Markup('<div class="scroll"><table class="{}">\n<thead><tr>{}</tr></thead><tbody>')
         parts = [head.format(self.style, heads)]
         before = None
         for row in self.rows:
-            if self._grouped and row[GROUP] != before:
+            if self.is_grouped and row[GROUP] != before:
                 before = row[GROUP]
                 parts.append(Markup('<tr class="group"><th colspan="{}">{}</th></tr>').format(len(shown), before))
             tip = _attribute("title", row[self.tip] if self.tip else "")
@@ -94,11 +94,13 @@ class Table:
         return Markup("\n").join([*parts, Markup("</tbody></table></div>")])
 
     @property
-    def _grouped(self) -> bool:
+    def is_grouped(self) -> bool:
+        """Whether documents show the groups of the rows."""
         return self.group is not None and any(GROUP in row for row in self.rows)
 
 
-def _shown_columns(columns: Sequence[Column], where: str) -> list[Column]:
+def shown_columns(columns: Sequence[Column], where: str) -> list[Column]:
+    """Return the columns that a printer shows."""
     return [c for c in columns if where in c.where]
 
 

@@ -14,9 +14,9 @@ from mechid.ink.data import Data
 GAP = "  "
 INDENT = "  "
 CELL_STYLE = {"at bound": "yellow", "frozen": "yellow", "tied": "dim", "known": "dim"}
-TERMINAL, MARKDOWN, PAGE = "terminal", "markdown", "page"
+TERMINAL, MARKDOWN, PAGE, DOCX = "terminal", "markdown", "page", "docx"
 """Printers that can show a column."""
-EVERYWHERE = (TERMINAL, MARKDOWN, PAGE)
+EVERYWHERE = (TERMINAL, MARKDOWN, PAGE, DOCX)
 
 Row: TypeAlias = Data
 

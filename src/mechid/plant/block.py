@@ -159,6 +159,8 @@ class Rival:
     null : str
         Key of an amplitude in `free`: at 0 the effect vanishes whatever the other values, and the derivative with
         respect to it shows whether the effect is present. Empty if there is none.
+    size : str
+        Key in `free` without a derivative at 0, such as a play: at the lower end of its range the effect is absent.
     tried : mapping of key to tuple of float
         Values of another key at which that derivative is evaluated.
     grown : bool
@@ -177,6 +179,7 @@ class Rival:
     order: int | None = None
     free: Mapping[str, tuple[sp.Expr, sp.Expr, sp.Expr]] = field(default_factory=dict)
     null: str = ""
+    size: str = ""
     tried: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     grown: bool = True
     imitated_by: str = ""

@@ -123,6 +123,7 @@ def _rivals() -> tuple[Rival, ...]:
             table="gear",
             law="backlash",
             free={"backlash": (play, play / 30, play * 30)},
+            size="backlash",
             grown=grown,
         )
         for play, grown in ((Float(3e-7), False), (Float(5e-6), True), (Float(1.5e-4), True))

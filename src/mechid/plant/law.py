@@ -25,6 +25,8 @@ class Law:
     null : str
         Dotted name of an amplitude at whose zero the effect vanishes, whatever its other parameters are; the derivative
         with respect to it shows whether the effect is present. Empty if there is none.
+    size : str
+        Dotted name of a size without a derivative at 0; at its lower bound the effect is absent. Empty if none.
     tries : tuple of mapping of str to float
         Values of its other parameters at which that derivative is evaluated; a fit of the alternative starts at the
         best of them. Empty if its own start suffices.
@@ -37,6 +39,7 @@ class Law:
     imitated_by: str = ""
     own: tuple[str, ...] = ()
     null: str = ""
+    size: str = ""
     tries: tuple[Mapping[str, float], ...] = ()
     hides: bool = False
 
@@ -44,6 +47,11 @@ class Law:
     def entry_name(self) -> str:
         """Name in the entries of ``missing``, without the order, which the entry's table holds."""
         return self.name.partition(":")[0]
+
+    def is_absent(self, mechanism: Mechanism) -> bool:
+        """Return whether the effect's size in a mechanism is at its lower bound, within 1 %."""
+        size = mechanism.parameters.get(self.size)
+        return size is not None and size.value <= 1.01 * size.min
 
     def at_null(self, values: Mapping[str, float]) -> Mechanism:
         """Return the mechanism without the effect, its amplitude free and its other parameters held."""

@@ -229,9 +229,10 @@ def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[Law
             # Otherwise it would replace another law, whose parameters it drops.
             if mechanism.parameters.keys() <= other.parameters.keys():
                 null = f"{rival.table}.{rival.null}" if rival.null else ""
+                size = f"{rival.table}.{rival.size}" if rival.size else ""
                 tries = ({f"{rival.table}.{key}": v} for key, values in rival.tried.items() for v in values)
                 own = tuple(f"{rival.table}.{key}" for key in rival.free)
-                yield Law(rival.name, other, rival.imitated_by, own, null, tuple(tries), rival.hides)
+                yield Law(rival.name, other, rival.imitated_by, own, null, size, tuple(tries), rival.hides)
 
 
 def words_of(mechanism: Mechanism) -> dict[str, str]:

@@ -30,6 +30,7 @@ _FILTERS = (
         name="charge_amplifier",
         words="high-pass of the charge amplifier",
         table="charge_amplifier",
+        imitated_by="record.delay",
         free={"time_constant": (Float(1.0), Float(0.02), Float(100.0))},
         hides=True,
     ),

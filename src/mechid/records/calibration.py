@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -33,13 +34,15 @@ class Calibration:
     uncertainty : float
         Standard error of its elements, relative to the sensitivities.
     source : str
-        File or entry that it comes from.
+        File or entry that it comes from, for messages.
+    file : Path or None
     """
 
     matrix: FloatArray
     in_volts: bool
     uncertainty: float
     source: str
+    file: Path | None = None
 
     def missing_components(self, quantities: tuple[str, ...], mounting: Mounting) -> tuple[str, ...]:
         """Return the components that channels of these quantities need for their loads, and that are not among them."""

@@ -115,6 +115,8 @@ class Record:
             "metadata": {key: value for key, value in self.metadata.items() if "/" not in key},
             "channels": {c.quantity: {"column": c.column, "metadata": dict(c.metadata)} for c in self.channels},
             "conditioning": [dict(treatment) for treatment in self.treatments],
+            "sample_rate_hz": self.sample_rate_hz,
+            "duration_s": self.duration_s,
         }
 
     @property

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any
 
 from mechid.errors import RecordError
 
@@ -62,6 +63,17 @@ class ChannelSpec:
     role: Role = Role.OUTPUT
     held: bool = False
     in_volts: bool = False
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the declaration as JSON can hold it; a column without a name by its index."""
+        column = str(self.column)
+        return {
+            "quantity": self.quantity,
+            "column": column,
+            "unit": self.unit,
+            "gain": self.gain,
+            "role": str(self.role),
+        }
 
 
 @dataclass(frozen=True, kw_only=True)

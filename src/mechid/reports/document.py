@@ -15,16 +15,20 @@ from mechid.reports.numbers import report_data
 from mechid.reports.sections import report_document
 
 
-def _write(fit: Fit, _data: Mapping[str, Any], folder: Path) -> list[Path]:
-    from mechid.reports.run import report  # loads the search, which a fit that is shown does not need
+class FitPresenter(Presenter):
+    """Presenter of a fit, whose files are those of `mechid.report`."""
 
-    return report(fit, folder)
+    def write(self, result: Fit, numbers: Mapping[str, Any], folder: Path, *, docx: bool = False) -> list[Path]:
+        """Write the results and the report into a folder, with `docx` also the test report."""
+        from mechid.reports.run import report  # loads the search, which a fit that is shown does not need
+
+        del numbers
+        return report(result, folder, docx=docx)
 
 
-PRESENTER = Presenter(
+PRESENTER = FitPresenter(
     name="",
     numbers=report_data,
     document=report_document,
     line=lambda fit: f"grade {fit.grade}, {len(fit.correlation_names)} free parameters, {len(fit.records)} records",
-    files=_write,
 )

@@ -26,7 +26,7 @@ from mechid.writing import write_atomically
 
 # A change of any of these files may change the figures, so the cache key covers their text.
 MAKERS = (
-    ("mechid.reports", "embedded.py"),
+    ("mechid.reports", "figure_cache.py"),
     ("mechid.reports", "plots.py"),
     ("mechid.ink", "quantities.py"),
     ("mechid.reports", "packing.py"),

@@ -8,8 +8,9 @@ from typing import Any
 
 from mechid.analysis.validation import RecordValidation
 from mechid.campaign import Campaign
-from mechid.identification.result.estimate_file import json_text
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.estimate_file import FILE, json_text
+from mechid.identification.result.fit import ESTIMATE_NAME, Fit
+from mechid.ink.docx_file import picture_files, text_digests, write_docx
 from mechid.ink.in_markdown import document_markdown
 from mechid.ink.on_page import interactive_page
 from mechid.ink.pens import Pens
@@ -18,12 +19,14 @@ from mechid.kernel.equation_text import equations_mathml
 from mechid.reports.contents import report_contents
 from mechid.reports.figure_cache import page_script
 from mechid.reports.illustration import Illustration
-from mechid.reports.results import REPORT_NAME
+from mechid.reports.results import MECHANISM_NAME, REPORT_NAME
 from mechid.reports.sections import report_document
+from mechid.reports.verification import fit_report
 from mechid.writing import write_together
 
 PAGE_NAME = "report.html"
 TABLES_NAME = "report.md"
+DOCX_NAME = "report.docx"
 
 
 def write_report(
@@ -33,8 +36,10 @@ def write_report(
     validation: Mapping[str, RecordValidation],
     folder: Path | str,
     illustration: Illustration | None = None,
+    *,
+    docx: bool = False,
 ) -> list[Path]:
-    """Write report.html, report.json, report.md and the folder figures.
+    """Write report.html, report.json, report.md and the folder figures; with `docx` also report.docx.
 
     Each file is written under a temporary name; then earlier ones are replaced.
 
@@ -51,6 +56,8 @@ def write_report(
         Made with its parents where it is missing.
     illustration : Illustration or None
         Figures already started; None starts them here.
+    docx : bool
+        Whether the test report is written too, as a Word document.
 
     Returns
     -------
@@ -67,7 +74,7 @@ def write_report(
         with Pens() as pens, Illustration(campaign, fit, folder, pens) as own:
             for record in validation.values():
                 own.begin(record)
-            return write_report(data, campaign, fit, validation, folder, own)
+            return write_report(data, campaign, fit, validation, folder, own, docx=docx)
     contents = report_contents(data, campaign, fit)
     # All figures are drawn before a text is replaced, so that no page names a missing figure.
     curves, pictures = illustration.finish(contents)
@@ -77,4 +84,10 @@ def write_report(
         REPORT_NAME: json_text(contents),
         TABLES_NAME: document_markdown(document),
     }
-    return [*write_together(folder, texts), folder / FOLDER_NAME]
+    files = write_together(folder, texts)
+    if docx:
+        names = (ESTIMATE_NAME, str(contents["provenance"].get(FILE, MECHANISM_NAME)))
+        results = [path for name in names if (path := folder / name).is_file()]
+        report = fit_report(contents, campaign, document, text_digests([*results, *files]))
+        files.append(write_docx(report, picture_files(folder / FOLDER_NAME, pictures), folder / DOCX_NAME))
+    return [*files, folder / FOLDER_NAME]

@@ -63,7 +63,7 @@ class Identified:
 
 
 def identify_into_folder(
-    campaign: Campaign, folder: Path, audience: Audience, run: IdentifyRun = DEFAULT_RUN
+    campaign: Campaign, folder: Path, audience: Audience, run: IdentifyRun = DEFAULT_RUN, *, docx: bool = False
 ) -> Identified:
     """Identify a campaign and write journal, results and report into a folder, also after a failure.
 
@@ -77,6 +77,8 @@ def identify_into_folder(
         Made with its parents where it is missing.
     audience : Audience
     run : IdentifyRun
+    docx : bool
+        Whether the test report is written too, as a Word document.
 
     Raises
     ------
@@ -101,7 +103,7 @@ def identify_into_folder(
                 return replace(into.written[-1], files=(*into.written[-1].files, folder / FILE_NAME))
             done = into.write(fit)
         into.stages.finish(fit)
-        shown = _report(done, into.validation, folder, audience.say, into.illustration)
+        shown = _report(done, into.validation, folder, audience.say, into.illustration, docx=docx)
     return replace(done, files=(*done.files, folder / FILE_NAME, *into.diagnosis_files, *shown))
 
 
@@ -230,13 +232,17 @@ def _report(
     folder: Path,
     say: Callable[[str], None],
     illustration: Illustration,
+    *,
+    docx: bool,
 ) -> list[Path]:
     """Write the report; if a figure or a text fails, only warn, since the estimate is already on disk."""
     say("making the report ...")
     try:
         from mechid.reports.files import write_report
 
-        files = write_report(done.data, done.fit.required_campaign, done.fit, validation, folder, illustration)
+        files = write_report(
+            done.data, done.fit.required_campaign, done.fit, validation, folder, illustration, docx=docx
+        )
         return [path for path in files if path.name != REPORT_NAME]
     except KeyboardInterrupt:
         say(f'the estimate is in {folder}; "mechid report {folder}" makes its report')

@@ -16,6 +16,7 @@ from mechid.identification.result.estimate_file import read_estimate, sign_prove
 from mechid.identification.result.fit import ESTIMATE_NAME, Fit
 from mechid.identification.run import IdentifyRun
 from mechid.identification.run import identify as identified
+from mechid.ink.docx_file import refuse_without_docx
 from mechid.ink.pens import Pens
 from mechid.locks import hold_folder
 from mechid.progress.listening import line_receiver, progress_listener
@@ -93,6 +94,7 @@ def identify_into(
     resume: bool = False,
     complete: bool = False,
     truth: Mapping[str, float] | None = None,
+    docx: bool = False,
 ) -> Identified:
     """Identify as `identify`, and write the files of ``mechid identify`` into a folder: journal, results, report.
 
@@ -109,6 +111,8 @@ def identify_into(
         Whether to resume the last run in `out`.
     truth : mapping of str to float or None
         True values of simulated records by dotted name, in the file's units; the report then states the simulation.
+    docx : bool
+        Whether the test report is written too, as report.docx (extra ``office``).
 
     Returns
     -------
@@ -120,7 +124,8 @@ def identify_into(
     FitError
         Nothing is free, or no record is to be estimated from.
     UsageError
-        The folder cannot be written to, another run is using it, or the run to be resumed had other inputs.
+        The folder cannot be written to, another run is using it, the run to be resumed had other inputs, or python-docx
+        is not installed.
     WorkersError
         The executor's workers are lost, or cannot do the work.
 
@@ -135,10 +140,12 @@ def identify_into(
         with progress_listener(listener) as tell:
             yield tell
 
+    if docx:
+        refuse_without_docx()
     with hold_folder(out), line_receiver(say) as tell_line, working_on(executor):
         audience = Audience(followed=follow_progress, say=tell_line)
         run = IdentifyRun(seed=seed, workers=workers, complete=complete, resume=resume, truth=truth)
-        return identify_into_folder(campaign, Path(out), audience, run)
+        return identify_into_folder(campaign, Path(out), audience, run, docx=docx)
 
 
 def report(
@@ -148,6 +155,7 @@ def report(
     campaign: Campaign | None = None,
     synthetic: bool = False,
     truth: Mapping[str, float] | None = None,
+    docx: bool = False,
 ) -> list[Path]:
     """Write the results and the report of a fit into a folder: estimate.json, report.html, figures and all else.
 
@@ -163,6 +171,8 @@ def report(
         Whether the records were simulated, which every page then says.
     truth : mapping of str to float or None
         True values by dotted name, in the file's units; given, the records count as simulated.
+    docx : bool
+        Whether the test report is written too, as report.docx (extra ``office``).
 
     Returns
     -------
@@ -172,13 +182,15 @@ def report(
     Raises
     ------
     UsageError
-        The folder cannot be written to, or the fit's campaign is not known.
+        The folder cannot be written to, the fit's campaign is not known, or python-docx is not installed.
 
     Examples
     --------
     >>> import mechid
     >>> mechid.report(mechid.load_fit("fit"), "again")  # doctest: +SKIP
     """
+    if docx:
+        refuse_without_docx()
     own, folder = campaign or fit.required_campaign, Path(out)
     with hold_folder(folder), Pens() as pens, Illustration(own, fit, folder, pens) as illustration:
         # Results of this very fit stay: the files hold one another's digests.
@@ -191,7 +203,7 @@ def report(
         fit = fit if again else sign_provenance(fit, name, estimated_text(fit))
         data = report_data(fit, known, validation=validation)
         files = [] if again else write_results(fit, data, folder, mechanism_name=name, validation=validation)
-        files += write_report(data, own, fit, validation, folder, illustration)
+        files += write_report(data, own, fit, validation, folder, illustration, docx=docx)
         if again:
             files += [write_residual(fit, validation, folder), *write_components(fit, validation, folder)]
     # report.json is written with the results and again with the report.

@@ -22,7 +22,7 @@ from mechid.ink.document import (
     Words,
 )
 from mechid.ink.table import Table
-from mechid.ink.text_table import EVERYWHERE, PAGE, Column, OnPage
+from mechid.ink.text_table import EVERYWHERE, MARKDOWN, PAGE, Column, OnPage
 from mechid.reports.added_effects import LACKING
 from mechid.reports.dependence import dependence_section
 from mechid.reports.record_sections import record_parts
@@ -196,4 +196,4 @@ def _provenance(data: Mapping[str, Any]) -> Section:
     origin = Table(ORIGIN, [{"label": label, "value": value} for label, value in data.get("origin", ())], style="plain")
     inputs = Table(INPUTS, [{"file": file, "digest": digest} for file, digest in digests], style="plain")
     parts = (Rows(origin), Rows(inputs))
-    return Section("Provenance", parts, "provenance", "Provenance", where=IN_DOCUMENTS)
+    return Section("Provenance", parts, "provenance", "Provenance", where=(MARKDOWN, PAGE))

@@ -10,12 +10,12 @@ from markupsafe import Markup
 from mechid.ink.data import Data
 from mechid.ink.quantities import has_only_torque
 from mechid.ink.table import Table
-from mechid.ink.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
+from mechid.ink.text_table import DOCX, MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
 from mechid.reports.side import SIDE_COLUMNS
 from mechid.validations.tables import CHANNEL, RECORD
 
 PARAMETER = Column("parameter", "key", words=True, where=(TERMINAL, PAGE))
-NAMES = (PARAMETER, Column("parameter", "name", words=True, where=(MARKDOWN,)))
+NAMES = (PARAMETER, Column("parameter", "name", words=True, where=(MARKDOWN, DOCX)))
 FULL_NAME = Column("parameter", "name", words=True)
 SYMBOL = Column("symbol", "symbol", words=True, where=(MARKDOWN, PAGE))
 ESTIMATES = (
@@ -62,7 +62,7 @@ KNOWN = (
     SYMBOL,
     Column("value", "estimate"),
     Column("unit", "unit", words=True),
-    Column("meaning", "meaning", words=True, where=(PAGE,), on_page=OnPage(wide=True)),
+    Column("meaning", "meaning", words=True, where=(PAGE, DOCX), on_page=OnPage(wide=True)),
 )
 PRIORS = (
     *NAMES,

@@ -15,6 +15,10 @@ VERDICT_WORDS: Mapping[str, str] = {
     "not_shown": "pass not shown",
     "not_decidable": "not decidable",
 }
+VERDICT_MEANING = (
+    "Pass: the upper bound of every value is below its limit. Fail: a lower bound is above it. Pass not shown: the "
+    "limit lies between the bounds. Not decidable: so it does, and the background itself is above the limit."
+)
 
 
 def worst_numbers(worst: Worst | None) -> dict[str, Any] | None:

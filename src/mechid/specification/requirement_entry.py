@@ -27,13 +27,14 @@ from mechid.specification.requirement import BAND_PEAK, DIRECTIONS, IN_BANDS, KI
 from mechid.specification.settings import SPECIFICATION
 from mechid.units.conversion import conversion_factor
 
+MASK_FILE = "mask_file"
 KEY = "requirement"
 KEYS = (
     "name",
     "direction",
     "kind",
     "mask",
-    "mask_file",
+    MASK_FILE,
     "interpolation",
     "unit",
     "rates",
@@ -125,14 +126,14 @@ def _mask(entry: Mapping[str, Any], place: Place, folder: Path, unit: str, kind:
         raise place.key("interpolation").error(
             f'found "{interpolation}"; kind = "{kind}" has one limit for each band between two points: write "step"'
         )
-    if ("mask" in entry) == ("mask_file" in entry):
+    if ("mask" in entry) == (MASK_FILE in entry):
         both = "mask and mask_file are both there; keep one" if "mask" in entry else f"missing; {MASK_REMEDY}"
         raise place.key("mask").error(both)
-    if "mask_file" in entry:
+    if MASK_FILE in entry:
         if "unit" in entry:
             raise place.key("unit").error("the header of the mask file says the unit; leave it out")
-        at = place.key("mask_file")
-        name = text(entry["mask_file"], at, 'write the name of a CSV or XLSX file, as mask_file = "fx.csv"')
+        at = place.key(MASK_FILE)
+        name = text(entry[MASK_FILE], at, 'write the name of a CSV or XLSX file, as mask_file = "fx.csv"')
         frequency, limit, file_unit = read_mask_file(folder / name, at)
         limit = _in_si(limit, file_unit, unit, at)
     else:

@@ -10,7 +10,7 @@ from mechid.campaign.mechanism_file import load_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.identification.diagnosis.proposal import build_proposal
 from mechid.identification.diagnosis.start import initial_models
-from mechid.identification.diagnosis.steps import score_law
+from mechid.identification.diagnosis.steps import has_absent_law, score_law
 from mechid.identification.effects.effect import distance_from_null
 from mechid.identification.effects.selection import (
     add_likeliest,
@@ -101,3 +101,14 @@ def test_an_effect_is_scored_selected_kept_and_declared(plain, effect, tmp_path)
     (tmp_path / "proposed.toml").write_text(mechanism_text(proposal.mechanism))
     back = load_mechanism(tmp_path / "proposed.toml")
     assert {p.name for p in proposal.mechanism.free} <= set(back.parameters)
+
+
+@pytest.mark.parametrize(("share", "absent"), [(0.0, True), (0.005, True), (0.1, False)])
+def test_a_play_at_its_lower_bound_is_no_effect(plain, share, absent):
+    """Truth: the bounds of a play; its fit may end at the lower one, with the rounding of impacts as its only gain."""
+    law = next(one for one in plain.other_laws if one.name == "gear.backlash")
+    play = law.mechanism.parameters["gear.backlash"]
+    values = plain.problem.coordinates.values(plain.q)
+    at = plain.use_law(law, law.mechanism).at({**values, play.name: play.min * (1.0 + share)})
+    assert has_absent_law(at) is absent
+    assert not has_absent_law(plain)

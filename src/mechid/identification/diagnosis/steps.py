@@ -28,7 +28,7 @@ from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.output_error.problem import transfer_values
 from mechid.plant.law import Law
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import extensions_at
+from mechid.plant.superset import extensions_at, rivals_of
 
 
 @dataclass(frozen=True)
@@ -165,6 +165,7 @@ def _drop_at_once(model: CandidateModel, say: Tell) -> tuple[CandidateModel, lis
 
 
 WORSE = "leaves more than the effects without it"
+VANISHES = "shrinks to nothing in a fit"
 
 
 def add_hidden_laws(model: CandidateModel, tried: dict[str, str], say: Tell) -> tuple[CandidateModel, list[Step]]:
@@ -225,10 +226,11 @@ def add_law(
         first = [*(step(before, added=name) for name in before.disturbances), step(with_law, added=law)]
         whole, further = add_effects(with_law.regrow(), tried, say)
         whole, removed = drop_effects(whole, say)
-        if law in whole.laws and whole.is_better_than(best):
+        # A play that shrank to nothing fits by the rounding of impacts, not by an effect.
+        if law in whole.laws and not has_absent_law(whole) and whole.is_better_than(best):
             best, steps = whole, [*first, *further, *removed]
         else:
-            tried[law] = WORSE
+            tried[law] = VANISHES if has_absent_law(whole) else WORSE
     return best, steps
 
 
@@ -251,6 +253,14 @@ def _promising_laws(
         else:
             tried[name] = f"explains {100.0 * most:.3g} % of the misfit in a fit"
     return sorted(found, key=lambda pair: pair[1].cost)
+
+
+def has_absent_law(model: CandidateModel) -> bool:
+    """Return whether an alternative law of a model has its size at the lower bound, where the effect is absent."""
+    values = model.problem.coordinates.values(model.q)
+    mechanism = model.base.with_values({name: values[name] for name in model.law_parameters if name in values})
+    written = rivals_of(model.setting.problem.space.mechanism)
+    return any(law.name in model.laws and law.is_absent(mechanism) for law in written)
 
 
 def _numbered_laws(model: CandidateModel) -> dict[tuple[str, int], Law]:

@@ -284,7 +284,8 @@ def look_at_whole_records(
     with suppress(WorkSpentError), work_counter(whole_records_budget(families.plain)):
         for kind in _looks_by_kind(families, here, whole, tell, journal, STAGES.whole_steps, LISTED):
             looks = sorted([*looks, *(kind or ())], key=lambda look: look.criterion)
-            if kind is None and _stands_out(looks, here):
+            alone = kind is None or bool(looks and looks[0].model.added.law and looks[0].explains_surely)
+            if alone and _stands_out(looks, here):
                 break
     return looks
 

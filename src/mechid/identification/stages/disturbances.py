@@ -132,15 +132,17 @@ class SearchedModel:
             self._less[effect] = self._fit(self._state_without(effect), f"without {effect}", self.names)
         return self._less[effect]
 
-    def with_law(self, plain: Mechanism, law: Law) -> SearchedModel:
-        """Return the model fitted with a law in place of the disturbance that imitates it."""
-        alone = self._state_without(law.imitated_by) if law.imitated_by in self.effects else self.state
+    def with_law(self, plain: Mechanism, law: Law, *, beside: bool = False) -> SearchedModel:
+        """Return the model fitted with a law, in place of the disturbance that imitates it or beside it."""
+        replaces = law.imitated_by in self.effects and not beside
+        alone = self._state_without(law.imitated_by) if replaces else self.state
         terms = self.state.added.terms if self.state.added else ()
         own = [found.disturbance for found in alone.found]
         added = lay_out(substitute_law(plain, law), terms, missing_tables(plain, own))
         problem = added.problem(alone.problem)
         begun = replace(alone.with_problem(problem).at(transfer_values(alone.problem, alone.q, problem)), added=added)
-        return self._fit(begun, f"{law.name} in place of {self._imitation_of(law)}", (*self.names, *sorted(added.new)))
+        how = "beside" if beside else "in place of"
+        return self._fit(begun, f"{law.name} {how} {self._imitation_of(law)}", (*self.names, *sorted(added.new)))
 
     def _imitation_of(self, law: Law) -> str:
         return law.imitated_by if law.imitated_by in self.effects else self.state.added.law if self.state.added else ""
@@ -221,12 +223,18 @@ def replace_imitations(watch: Watch, state: SearchState, campaign: Campaign, nam
         return state
     model = SearchedModel(watch, state, names, released=True)
     chosen = state.added.law if state.added else ""
-    imitated = (law for law in rivals_of(campaign.mechanism) if _is_imitated(law, chosen, model.effects))
-    better = better_law(model, ((law, model.with_law(campaign.mechanism, law)) for law in imitated))
+    plain = campaign.mechanism
+    imitated = [law for law in rivals_of(plain) if _is_imitated(law, chosen, model.effects)]
+    better, beside = better_law(model, ((law, model.with_law(plain, law)) for law in imitated)), False
+    if better is None and not chosen and needs_more_effects(watch, state):
+        # The records may have both, such as a trigger's scatter and a filter.
+        better = better_law(model, ((law, model.with_law(plain, law, beside=True)) for law in imitated))
+        beside = True
     if better is None:
         return state
     at = restore_known_noise(watch, better[1].state)
-    return _refit_with_released_noise(SearchedModel(watch, at, names), campaign)
+    at = _refit_with_released_noise(SearchedModel(watch, at, names), campaign)
+    return state if beside and needs_more_effects(watch, at) else at
 
 
 def _is_imitated(law: Law, chosen: str, effects: Collection[str]) -> bool:

@@ -6,15 +6,19 @@ from dataclasses import replace
 from functools import partial
 
 from mechid.campaign import Campaign
+from mechid.identification.effects.disturbance import remove_disturbances
+from mechid.identification.effects.effect import AddedTerms
 from mechid.identification.effects.settings import DURING_FIT
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth
+from mechid.identification.search.solve import solve
 from mechid.identification.stages.compared_effects import look_at_whole_records
 from mechid.identification.stages.families import Families
 from mechid.identification.stages.first_look import fit_look
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.term_growth import GrownModel, settle
 from mechid.identification.stages.watch import Watch
+from mechid.plant.mechanism import Mechanism
 
 WHOLE_RECORDS = "the effect that whole records ask for"
 
@@ -47,3 +51,21 @@ def add_needed_effect(
     if settled is None or not (settled[0].added or settled[0].found):
         return state
     return replace(settled[0], path=(*state.path, WHOLE_RECORDS))
+
+
+def remove_effects(state: SearchState, written: Mechanism) -> SearchState:
+    """Return the optimum of the mechanism as written over whole records, from a state with added effects.
+
+    Parameters
+    ----------
+    state : SearchState
+        With terms, a law or record values added.
+    written : Mechanism
+        Mechanism as written.
+    """
+    bare, _ = remove_disturbances(state.problem, state.q, [one.disturbance for one in state.found])
+    plain = AddedTerms(written).problem(bare)
+    q = plain.coordinates.clip(plain.coordinates.point(state.problem.coordinates.values(state.q)))
+    q = solve(plain, q, plain.whole_windows(), steps=STAGES.joint_steps, tolerance=STAGES.rough_tolerance).q
+    whole = {name: stop for name, (_, stop) in plain.whole_windows().items()}
+    return replace(state.with_problem(plain).at(q, whole), added=None, found=())
