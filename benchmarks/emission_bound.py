@@ -57,13 +57,25 @@ LEAST = 0.01
 
 def truth_of(effect, seed, stepping, microsteps, rate):
     """Return amplitudes of the true torque on the base at multiples of a quarter of the rate, and its third octaves."""
+    frequency, spectrum = true_spectrum(effect, seed, stepping, microsteps, rate, LOOKED_AT_S)
+    kept = frequency <= 2.0 * HIGHEST_HZ
+    frequency, amplitude = frequency[kept], np.abs(spectrum[kept])
+    each = round(rate / frequency[1]) // 4
+    power = np.histogram(frequency[1:], EDGES_HZ, weights=0.5 * amplitude[1:] ** 2)[0]
+    lines = amplitude[each::each][: int(4.0 * HIGHEST_HZ / rate)]
+    orders = np.arange(1, lines.size + 1) / 4.0
+    return dict(zip(orders.tolist(), lines.tolist(), strict=True)), np.sqrt(power)
+
+
+def true_spectrum(effect, seed, stepping, microsteps, rate, seconds):
+    """Return frequencies and complex amplitudes of the true torque on the base over about so many seconds."""
     mechanism, size = drawn(effect, seed)
     if not EFFECTS[effect].in_mechanism:
         size = {}
     command = {"stepping": stepping, "rate": rate}
     command |= {"microsteps": microsteps} if stepping == "micro" else {"start_angle_deg": 45.0}
     a_step = round(SAMPLE_RATE_HZ / rate)
-    settled, steps = (4 * int(np.ceil(seconds * rate / 4.0)) for seconds in (SETTLED_S, LOOKED_AT_S))
+    settled, steps = (4 * int(np.ceil(length * rate / 4.0)) for length in (SETTLED_S, seconds))
     run = Run(command, (settled + steps) / rate)
 
     def bins(gain):
@@ -73,15 +85,9 @@ def truth_of(effect, seed, stepping, microsteps, rate):
 
     w, zeta = HOUSING
     load = bins(0.0)
-    frequency, each = np.arange(load.size) * rate / steps, steps // 4
+    frequency = np.arange(load.size) * rate / steps
     s = 2j * np.pi * frequency / w
-    amplitude = np.abs(load + (bins(1.0) - load) * (s**2 + 2.0 * zeta * s + 1.0))
-    kept = frequency <= 2.0 * HIGHEST_HZ
-    frequency, amplitude = frequency[kept], amplitude[kept]
-    power = np.histogram(frequency[1:], EDGES_HZ, weights=0.5 * amplitude[1:] ** 2)[0]
-    lines = amplitude[each::each][: int(4.0 * HIGHEST_HZ / rate)]
-    orders = np.arange(1, lines.size + 1) / 4.0
-    return dict(zip(orders.tolist(), lines.tolist(), strict=True)), np.sqrt(power)
+    return frequency, load + (bins(1.0) - load) * (s**2 + 2.0 * zeta * s + 1.0)
 
 
 def estimated(effect, seed, folder):

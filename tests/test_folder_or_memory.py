@@ -31,9 +31,31 @@ BUDGET = {
             "interpretation": "temporal",
             "confidence": 0.95,
             "evaluation_period_s": 600.0,
-        }
+        },
+        {
+            "name": "lines",
+            "direction": "torque",
+            "kind": "amplitude",
+            "unit": "N*m",
+            "mask": [[10.0, 1.0], [400.0, 1.0]],
+        },
     ],
 }
+BENCH = """
+mechanism = "none.toml"
+[[record]]
+name = "full_46"
+file = "full_46.npy"
+sample_rate_hz = 5000.0
+command = { stepping = "full", rate = 46.0 }
+channels = [{ quantity = "torque", column = 0, unit = "N*m" }]
+[[requirement]]
+name = "lines"
+direction = "torque"
+kind = "amplitude"
+unit = "N*m"
+mask = [[10.0, 1.0], [400.0, 1.0]]
+"""
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +95,16 @@ def budget(fit, campaign, out):
     return found
 
 
+def emission(fit, campaign, out):
+    out.mkdir()
+    np.save(out / "full_46.npy", campaign.records[0].data.channels[0].data[:][:, None])
+    (out / "campaign.toml").write_text(BENCH)
+    found = json.loads(json_text(mechid.emission(out, fit=fit).to_dict()))
+    assert found["prediction"].pop("fit")
+    assert found["requirements"][0]["predicted"]["at_rates"]
+    return {key: found[key] for key in ("requirements", "prediction", "notes")}
+
+
 def compare(fit, campaign, out):
     found = json.loads(json_text(mechid.compare(fit, mechid.load_fit(out.parent / "other", campaign)).to_dict()))
     assert len(found.pop("hypotheses")) == len(found["scores"]) == 2
@@ -90,7 +122,7 @@ def export(fit, campaign, out):
     return tables | {"words": list(done.written.words)}
 
 
-@pytest.mark.parametrize("made", [budget, compare, export])
+@pytest.mark.parametrize("made", [budget, compare, emission, export])
 def test_results_do_not_depend_on_where_the_fit_is(made, fit, folder, tmp_path):
     """In memory, from the folder by its path, and loaded with the campaign."""
     write_results(fit, report_data(fit), tmp_path / "other", validation=mechid.validate(fit.campaign, fit))

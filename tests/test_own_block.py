@@ -88,7 +88,7 @@ REFUSED = {
     "no file": ("grease.py:grease", "greese.py:grease", 'greese.py: there is no such file; did you mean "grease.py"?'),
     "no name": ("grease.py:grease", "grease.py:greese", 'grease.py has no "greese"; did you mean "grease"?'),
     "no block": ("grease.py:grease", "grease.py:ROTOR", "grease.py:ROTOR gives Site; it has to be a Block"),
-    "law beside it": ("dry =", 'law = "stribeck"\ndry =', 'friction.block: stands beside law = "stribeck"; keep one'),
+    "law beside it": ("dry =", 'law = "stribeck"\ndry =', 'friction.block: excludes law = "stribeck"; keep one'),
     "not of it": ("dry =", "coulomb = 0.1\ndry =", "friction.coulomb: unknown key"),
 }
 

@@ -69,6 +69,42 @@ def test_files_that_are_there_stay(folder):
     assert STRUCTURE.startswith("# ASSUMED")
 
 
+EXPORTED = """
+[[requirement]]
+name = "exported"
+direction = "torque"
+kind = "amplitude"
+unit = "mN*m"
+mask = [[10.0, 500.0], [400.0, 50.0]]
+"""
+
+
+def test_one_file_holds_requirements_on_line_of_sight_and_emission(folder):
+    """Truth: the file; the limits in SI."""
+    path = folder / "budget.toml"
+    path.write_text(path.read_text(encoding="utf-8") + EXPORTED, encoding="utf-8")
+    file = read_budget_file(path)
+    assert len(file.requirements) == 2
+    assert [one.name for one in file.emission] == ["exported"]
+    assert file.emission[0].mask.limits.tolist() == [0.5, 0.05]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"mN*m"', '"mm"', 'requirement[2].unit: found "mm"; write a unit of N*m'),
+        ("[400.0, 50.0]", "[4.0, 50.0]", "requirement[2].mask[1]: 4 Hz falls below 10 Hz"),
+        ('kind = "amplitude"', 'limit_rad = 1e-6\nkind = "amplitude"', "requirement[2].direction: unknown key"),
+    ],
+)
+def test_what_is_wrong_with_a_mask_is_said(folder, old, new, said):
+    path = folder / "budget.toml"
+    path.write_text(path.read_text(encoding="utf-8") + EXPORTED.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputFileError) as caught:
+        read_budget_file(path)
+    assert said in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

@@ -2,6 +2,7 @@
 
 import copy
 import io
+import itertools
 import re
 
 import pytest
@@ -9,6 +10,7 @@ from rich.console import Console
 
 from browser import chromium, faults, printed_to_pdf, requests, shown
 from mechid.budgets.document import PRESENTER
+from mechid.budgets.figures import budget_figures
 from mechid.budgets.texts import add_texts, mode_key
 from small_budget import HOSTILE
 
@@ -53,6 +55,28 @@ def test_a_budget_without_requirements_or_modes_to_join(data, write_report, tmp_
     text = (tmp_path / "budget.html").read_text(encoding="utf-8")
     assert "No requirement is given" in text
     assert "one-way alone" in text
+
+
+def test_verdicts_on_the_emission_are_shown(data):
+    """Truth: the row; each printer has it, and its figure where it has several rates."""
+    worst = {"value": 0.1, "upper": 0.2, "lower": 0.0, "limit": 0.5}
+    words = {"rate": "46", "frequency": "92", "value": "0.1", "bounds": "0 to 0.2", "limit": "0.5", "margin": "+14.0"}
+    row = {
+        "name": "exported",
+        "direction": "torque",
+        "unit": "N*m",
+        "verdict": "pass",
+        "worst": {**worst, "rate": 46.0},
+        "at_rates": [{"stepping": "scan", "rate": rate, "worst": worst} for rate in (46.0, 47.0)],
+        "text": {**words, "mode": "scan", "verdict": "pass"},
+    }
+    changed = {**data, "emission_requirements": [row]}
+    console = Console(width=200, file=io.StringIO())
+    PRESENTER.print(changed, console)
+    assert re.search(r"exported +torque +scan +46 +92", console.file.getvalue())
+    assert "exported, torque, 46 steps/s, 92 Hz: pass; margin +14.0 dB" in console.file.getvalue()
+    names = [name for name, _ in itertools.islice(budget_figures(changed), 3)]
+    assert names == ["budget_requirements", "budget_shares", "budget_emission_1"]
 
 
 @pytest.fixture(scope="module")

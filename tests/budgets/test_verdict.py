@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from mechid.budgets.verdict import budget_verdict
+from mechid.budgets.verdict import budget_verdict, unmet
 
 
 @pytest.mark.parametrize(
@@ -33,3 +33,19 @@ def test_the_verdict_tells_rates_drivers_and_coupling(data):
     pairs = zip(scan["line_of_sight_rms_two_way_rad"], scan["line_of_sight_rms_rad"], strict=True)
     change = max((joined / held - 1.0 for joined, held in pairs), key=abs)
     assert any(f"scan: joined, the RMS changes by {100.0 * change:+.2g} %" in line for line in coupling)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "tone"), [("pass", "good"), ("not_shown", "caution"), ("not_decidable", "caution"), ("fail", "bad")]
+)
+def test_requirements_on_the_emission_count(data, verdict, tone):
+    """Truth: the rule; the others are met here."""
+    text = {"verdict": verdict, "rate": "46", "frequency": "92", "margin": "+1.0"}
+    row = {"name": "exported", "direction": "torque", "verdict": verdict, "worst": {}, "text": text}
+    changed = {**copy.deepcopy(data), "warnings": [], "emission_requirements": [row | {"worst": {"rate": 46.0}}]}
+    for one in changed["requirements"]:
+        one["decided"] |= {"margin": 0.5, "margin95": [0.4, 0.9], "met": True}
+    found = budget_verdict(changed)
+    assert found.tone == tone
+    assert f"exported, torque, 46 steps/s, 92 Hz: {verdict}; margin +1.0 dB" in found.questions[0][1]
+    assert unmet(changed) == ([] if verdict == "pass" else ["exported"])

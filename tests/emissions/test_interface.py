@@ -89,6 +89,11 @@ def test_a_moved_moment_has_the_error_of_its_forces():
     assert made.error_density("mz", np.array([10.0]), densities)[0] == pytest.approx(0.25 * force + moment)
 
 
+def test_a_prediction_is_about_the_mounting_point():
+    assert not list(Interface(bench(interface_point_m=(0.0, 0.0, 0.0))).prediction_notes())
+    assert "about mounting_point_m" in next(Interface(bench(interface_point_m=POINT)).prediction_notes())
+
+
 def test_without_a_bench_a_record_stays_as_it_is():
     raw = record_of({"torque": TIME})
     made = Interface(Bench(place=PLACE))

@@ -21,9 +21,12 @@ from mechid.budgets.flying_mechanism import Estimate, flying_estimate, on_modes
 from mechid.budgets.line_of_sight import LineOfSight, Response, respond
 from mechid.budgets.margins import margins
 from mechid.budgets.mode_budget import ModeBudget
+from mechid.budgets.mode_prediction import predict_modes
+from mechid.budgets.named_modes import named_modes
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orders import Crossing, crossings, rates_to_avoid
 from mechid.budgets.over_rate import deciding_curve, level_curve, rms_bands, total_bands, two_way_curve
+from mechid.budgets.prediction import Prediction
 from mechid.budgets.profile_run import run_profile
 from mechid.budgets.requirement import Requirement, Standing
 from mechid.budgets.settings import LEVEL
@@ -38,8 +41,7 @@ from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.fit import Fit
 from mechid.plant.flight import moving_base_objection
 from mechid.plant.mechanism import Mechanism
-from mechid.simulation.resonances import resonances
-from mechid.structure import Modes, Structure
+from mechid.structure import Modes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,7 +56,8 @@ class Budget(DisplayedResult):
     """Result of a budget file; `by_duty` combines all modes, weighted by their share of the time.
 
     `two_way_by_duty` holds the two-way levels of the nominal unit over time for all modes together, rad, by
-    requirement. `side` holds the other force and moment components measured on the bench, if any.
+    requirement. `side` holds the other force and moment components measured on the bench, if any, `predictions` the
+    verdicts on the emission requirements.
     """
 
     file: BudgetFile
@@ -65,6 +68,7 @@ class Budget(DisplayedResult):
     crossings: tuple[Crossing, ...]
     warnings: tuple[str, ...]
     side: SideSource | None = None
+    predictions: tuple[Prediction, ...] = ()
 
     def plot(self, mode: str | None = None, *, ax: Axes | None = None) -> Axes:
         """Plot the level of each requirement relative to its limit, or the line of sight of one mode in rad.
@@ -133,8 +137,10 @@ def make_budget(
     with one_core_algebra(), working_on(executor):
         modes = tuple(maker.profile(mode) if mode.is_profile else maker.steady(mode) for mode in file.modes)
         by_duty, two_way_by_duty = maker.by_duty(modes), maker.two_way_by_duty(modes)
-    found = tuple(findings(file, estimate, modes, side))
-    return Budget(file, estimate, modes, by_duty, two_way_by_duty, tuple(_crossings(file, estimate)), found, side)
+        exported = predict_modes(file, estimate, modes)
+    found = (*findings(file, estimate, modes, side), *(note for one in exported for note in one.notes))
+    crossed = tuple(_crossings(file, estimate))
+    return Budget(file, estimate, modes, by_duty, two_way_by_duty, crossed, found, side, exported)
 
 
 def _side_source(file: BudgetFile, estimate: Estimate) -> SideSource | None:
@@ -339,12 +345,3 @@ def _crossings(file: BudgetFile, estimate: Estimate) -> list[Crossing]:
         return []
     around = (min(rates) * (1.0 - LEVEL.around_rates), max(rates) * (1.0 + LEVEL.around_rates))
     return crossings(LEVEL.campbell_orders, named_modes(file.structure, estimate), around)
-
-
-def named_modes(structure: Structure, estimate: Estimate) -> list[tuple[str, float]]:
-    """Return the modes that orders may cross: those of the mechanism with its rotor held and those of the structure."""
-    named = [(r.name, r.frequency_hz) for r in resonances(estimate.mechanism)]
-    if isinstance(structure.model, Modes):
-        modes = structure.model
-        named += [(f"structure {k}", float(f)) for k, f in enumerate(modes.frequency_hz) if not modes.rigid[k]]
-    return named

@@ -23,6 +23,8 @@ from mechid.command.entry import is_whole
 from mechid.identification.result.fit import ESTIMATE_NAME
 from mechid.reading.whole import is_file
 from mechid.records.formats import digest_of
+from mechid.specification.requirement import Requirement as EmissionRequirement
+from mechid.specification.requirement_entry import read_requirements_beside
 from mechid.structure import Structure
 
 KEYS = ("estimate", "axis", "seed", "flight", "structure", "mode", "error", "requirement")
@@ -32,8 +34,8 @@ KEYS = ("estimate", "axis", "seed", "flight", "structure", "mode", "error", "req
 class BudgetFile:
     """Content of a budget file, its structure loaded.
 
-    `frame` holds the bench's axes as columns in the structure's frame, (3, 3); `inputs` the SHA-256 of the files that
-    were read, by name.
+    `requirements` are on the line of sight, `emission` those on the torque at the interface. `frame` holds the bench's
+    axes as columns in the structure's frame, (3, 3); `inputs` the SHA-256 of the files that were read, by name.
     """
 
     path: Path
@@ -45,6 +47,7 @@ class BudgetFile:
     modes: tuple[OperatingMode, ...]
     requirements: tuple[Requirement, ...]
     errors: tuple[OtherError, ...] = ()
+    emission: tuple[EmissionRequirement, ...] = ()
     seed: int = 0
     inputs: Mapping[str, str] = field(default_factory=dict)
 
@@ -97,6 +100,7 @@ def _budget_from_table(
         coupled_below_hz=coupled_below_hz,
         modes=read_modes(table, place, path.parent),
         requirements=read_requirements(table, place, structure.line_of_sight),
+        emission=read_requirements_beside(table, place, path.parent),
         errors=read_errors(table, place, structure.line_of_sight),
         seed=seed,
         inputs=_digests(path, {} if given is not None else table["structure"]),

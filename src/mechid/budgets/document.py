@@ -6,13 +6,15 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from mechid.budgets.basis import basis_table
-from mechid.budgets.figures import budget_figures, figure_name, is_gain_known
+from mechid.budgets.figures import budget_figures, emission_figure, figure_name, is_gain_known
 from mechid.budgets.files import EMISSION, HARMONICS, budget_texts
 from mechid.budgets.hdf5 import is_available, write_hdf5
 from mechid.budgets.numbers import budget_numbers
+from mechid.budgets.prediction_figures import predicts
 from mechid.budgets.tables import (
     TEXTS,
     crossing_table,
+    emission_requirement_table,
     emission_table,
     mode_facts,
     mode_table,
@@ -40,6 +42,12 @@ RULE = (
     "the one-way level scaled as the nominal unit's level is. ± σ: from the covariance of the parameters, the values "
     "given as uncertain, the model error on validation records, and the sampling error of the ensemble, which is also "
     "listed separately."
+)
+EMISSION_RULE = (
+    "The torque on a held base at every steady rate of the modes. Pass: the upper bound of every value is below its "
+    "limit. Fail: a lower bound is above it. Pass not shown: the limit lies between the bounds. Not decidable: so it "
+    "does, and noise of the records may hide as much; or the quantity is not predicted. The bounds hold the errors of "
+    "the parameters and the torque that the model lacks."
 )
 SHARES = (
     "Shares in the variance of each level. With correlated parameters one may be negative: it offsets others. Nominal "
@@ -108,6 +116,7 @@ def budget_document(data: Data) -> Document:
         parts=(
             budget_verdict(data),
             _requirements(data),
+            _emission_requirements(data["emission_requirements"]),
             Section(of_modes, (Rows(mode_table(data)),), where=TEXTS),
             *map(_mode, data["modes"]),
             _crossings(data["crossings"]),
@@ -120,6 +129,8 @@ def budget_document(data: Data) -> Document:
 
 def _requirements(data: Data) -> Section:
     if not data["requirements"]:
+        if data["emission_requirements"]:
+            return Section("", ())
         none = Words("No requirement is given.", where=IN_DOCUMENTS)
         return Section("Requirements", (none,), "requirements", "Requirements")
     in_short = "At the worst rate of each; the lower 95 % limit of a margin decides, two-way where it was computed."
@@ -136,6 +147,23 @@ def _requirements(data: Data) -> Section:
         Section("Parameters that drive the margin", drivers, where=IN_DOCUMENTS),
     )
     return Section("Requirements", parts, "requirements", "Requirements")
+
+
+def _emission_requirements(rows: list[Data]) -> Section:
+    """Return the verdicts on the torque at the interface; empty without requirements on it."""
+    if not rows:
+        return Section("", ())
+    pictures = [
+        Picture(figure_name(emission_figure(k)), f"{one['name']} over the step rate")
+        for k, one in enumerate(rows)
+        if predicts(one)
+    ]
+    parts: tuple[Part, ...] = (
+        Rows(emission_requirement_table(rows)),
+        Words(EMISSION_RULE, where=IN_DOCUMENTS),
+        *pictures,
+    )
+    return Section("Emission at the interface", parts, "emission", "Emission")
 
 
 def _mode(mode: Data) -> Section:
@@ -218,7 +246,7 @@ PRESENTER = Presenter(
     name="budget",
     numbers=budget_numbers,
     document=budget_document,
-    line=lambda made: f"{len(made.modes)} modes, {len(made.file.requirements)} requirements",
+    line=lambda made: f"{len(made.modes)} modes, {len(made.file.requirements) + len(made.predictions)} requirements",
     texts=budget_texts,
     files=_binary_files,
     figures=lambda _made, data: budget_figures(data),

@@ -13,10 +13,10 @@ import numpy as np
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.line_of_sight import Response
-from mechid.budgets.over_rate import torque_samples
 from mechid.budgets.residual_source import EDGES_HZ, ResidualHere
 from mechid.budgets.settings import LEVEL
 from mechid.budgets.steady_state import SteadyState
+from mechid.budgets.torque_draws import draw_torque
 
 RATIO, UPPER, DENSITY, WITHIN = "ratio", "upper bound", "density", "within noise"
 """How unmodelled torque is transferred from bench to flight: by the known ratio, by the larger ratio, or, for an order
@@ -60,34 +60,24 @@ class Emission:
 
 def emission(response: Response, estimate: Estimate, highest_hz: float, seed: int) -> Emission:
     """Return the emission at the rate of a response, up to a frequency."""
-    state, here = response.state, response.residual
-    modelled = torque_samples(response, estimate, seed, response.residual_limits())
-    more, drawn, scale = _unmodelled_lines(response, highest_hz, np.random.default_rng(seed))
-    orders = np.concatenate([state.step_orders, more])
-    frequency = np.concatenate([state.frequency_hz, abs(state.rate) * more])
-    lines = np.concatenate([state.lines, np.zeros(more.size)])
-    samples = np.hstack([modelled, drawn])
-    residual, limit = (
-        here.at_orders(orders, LEVEL.line_spacing, sizes) if here is not None else np.zeros(orders.size)
-        for sizes in ((here.amplitude, here.limit) if here is not None else (orders, orders))
-    )
+    drawn, here = draw_torque(response, estimate, highest_hz, seed), response.residual
     bands = np.column_stack([EDGES_HZ[:-1], EDGES_HZ[1:]])[EDGES_HZ[:-1] < highest_hz]
-    inside = (frequency[:, None] >= bands[:, 0]) & (frequency[:, None] < bands[:, 1])
-    density = here.density[: len(bands)] * np.diff(bands).ravel() if here is not None else np.zeros(len(bands))
+    inside = (drawn.frequency_hz[:, None] >= bands[:, 0]) & (drawn.frequency_hz[:, None] < bands[:, 1])
+    density = drawn.density[: len(bands)] * np.diff(bands).ravel()
     # An untracked order is part of the density already; counting it as a line too would double it.
-    tracked = np.isin(orders, here.orders) if here is not None else np.zeros(orders.size, dtype=np.bool_)
+    tracked = np.isin(drawn.orders, here.orders) if here is not None else np.zeros(drawn.orders.size, dtype=np.bool_)
     # Lines within a band add in power: their phases are independent over the band.
-    power = 0.5 * np.abs(samples) ** 2 @ inside + scale * density
+    power = 0.5 * np.abs(drawn.samples) ** 2 @ inside + drawn.scale * density
     return Emission(
-        orders=orders,
-        frequency_hz=frequency,
-        modelled=lines,
-        residual=residual,
-        bound=np.quantile(np.abs(samples), LEVEL.bound, axis=0) + np.concatenate([state.error, np.zeros(more.size)]),
-        transfer_rules=_transfer_rules(here, orders, residual, limit),
+        orders=drawn.orders,
+        frequency_hz=drawn.frequency_hz,
+        modelled=drawn.modelled,
+        residual=drawn.residual,
+        bound=np.quantile(np.abs(drawn.samples), LEVEL.bound, axis=0) + drawn.error,
+        transfer_rules=_transfer_rules(here, drawn.orders, drawn.residual, drawn.limit),
         bands_hz=bands,
-        band_modelled=np.sqrt(0.5 * np.abs(lines) ** 2 @ inside),
-        band_residual=np.sqrt(0.5 * np.where(tracked, residual, 0.0) ** 2 @ inside + density),
+        band_modelled=np.sqrt(0.5 * np.abs(drawn.modelled) ** 2 @ inside),
+        band_residual=np.sqrt(0.5 * np.where(tracked, drawn.residual, 0.0) ** 2 @ inside + density),
         band_bound=np.quantile(np.sqrt(power), LEVEL.bound, axis=0),
     )
 
@@ -113,23 +103,6 @@ def _sigmas(estimate: Estimate, state: SteadyState, turn: complex) -> FloatArray
     own = np.einsum("ij,jk,ik->i", slope, estimate.covariance, slope)
     missed = estimate.discrepancy.of_lines(state.step_orders) * np.abs(state.lines)
     return np.asarray(np.sqrt(np.maximum(own, 0.0) + missed**2 + state.error**2), dtype=np.float64)
-
-
-def _unmodelled_lines(
-    response: Response, highest_hz: float, rng: np.random.Generator
-) -> tuple[FloatArray, ComplexArray, FloatArray]:
-    """Return the orders of lines that only the records have, draws of these lines, and factors of the density.
-
-    The factors, (k, 1), sample the relative uncertainty of a power that is estimated from few rates.
-    """
-    here = response.residual
-    if here is None:
-        return np.zeros(0), np.zeros((LEVEL.samples, 0), dtype=np.complex128), np.ones((LEVEL.samples, 1))
-    lacking = (here.amplitude > 0.0) & (here.frequency_hz <= highest_hz)
-    lacking &= ~np.isin(here.orders, response.state.step_orders)
-    # The mean of n powers scatters as a gamma variable of shape n; its inverse samples the power given the mean.
-    drawn = here.draws(here.amplitude[lacking], LEVEL.samples, rng)
-    return here.orders[lacking], drawn, here.rates / rng.gamma(here.rates, size=(LEVEL.samples, 1))
 
 
 def _transfer_rules(

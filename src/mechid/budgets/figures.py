@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from mechid.budgets.mode_figures import RATE, course, line_of_sight, number_array, over_rate
+from mechid.budgets.prediction_figures import draw_shares_of_limit, predicts
 from mechid.budgets.texts import mode_key
 from mechid.ink.data import Data
 from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, Drawing, in_powers, legend_above, make_figure
@@ -44,6 +45,11 @@ def figure_name(kind: str) -> str:
     return f"budget_{kind}"
 
 
+def emission_figure(number: int) -> str:
+    """Return the kind of the figure of an emission requirement, counted from 0."""
+    return f"emission_{number + 1}"
+
+
 def budget_figures(data: Data) -> Iterator[tuple[str, Figure]]:
     """Yield the figures of the numbers of `budget_numbers`, with their names."""
     for kind, height, draw in _drawings(data):
@@ -56,6 +62,9 @@ def _drawings(data: Data) -> Iterator[tuple[str, float, Drawing]]:
     if rows:
         yield "requirements", 0.32 * rows + 1.0, partial(_requirements, data)
         yield "shares", 0.32 * rows + 1.35, partial(_shares, data)
+    for k, one in enumerate(data["emission_requirements"]):
+        if predicts(one):
+            yield emission_figure(k), 2.6, partial(draw_shares_of_limit, one["direction"], one, ())
     for k, mode in enumerate(data["modes"]):
         key = mode_key(k, mode["name"])
         if mode["kind"] == "profile":

@@ -11,13 +11,14 @@ from mechid.analysis.residual_emission import TRACKED
 from mechid.budgets.budget import Budget
 from mechid.budgets.emission import line_sigmas
 from mechid.budgets.numbers import band_edges
+from mechid.budgets.prediction_table import HEADER, predicted_rows
 from mechid.budgets.side_here import COHERENT
 from mechid.identification.result.estimate_file import json_text
 from mechid.units import unit_words
 
 HARMONICS, LINES, ENVELOPE = "harmonics.csv", "line_of_sight.csv", "envelope.csv"
 CROSSINGS, WINDOWED, STATES, JSON = "crossings.csv", "windowed.csv", "steady_states.csv", "budget.json"
-EMISSION, COMPONENTS = "emission.csv", "components.csv"
+EMISSION, COMPONENTS, VERDICTS = "emission.csv", "components.csv", "emission_verdicts.csv"
 
 
 def budget_texts(budget: Budget, numbers: Mapping[str, Any]) -> dict[str, str | Iterable[str]]:
@@ -30,6 +31,8 @@ def budget_texts(budget: Budget, numbers: Mapping[str, Any]) -> dict[str, str | 
         CROSSINGS: _crossings(budget),
         JSON: json_text(numbers),
     }
+    if numbers["emission_requirements"]:
+        texts[VERDICTS] = _emission_verdicts(numbers)
     if any(made.course is not None for made in budget.modes):
         texts[WINDOWED] = _windowed_rms(budget)
     if any(made.states for made in budget.modes):
@@ -159,6 +162,21 @@ def _emission(budget: Budget) -> Iterator[str]:
             for (low, high), *rms in zip(exerted.bands_hz, *columns, strict=True):
                 numbers = ",".join(f"{value:.6e}" for value in rms)
                 yield f"{made.mode.name},{response.state.rate:.9g},{low:.6g},{high:.6g},{numbers}\n"
+
+
+def _emission_verdicts(numbers: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the verdict on each emission requirement at each rate of each mode."""
+    yield ",".join("mode" if name == "stepping" else name for name in HEADER) + "\n"
+    for one in numbers["emission_requirements"]:
+        for row in predicted_rows(one, one):
+            yield ",".join(_cell(cell) for cell in row) + "\n"
+
+
+def _cell(value: Any) -> str:
+    """Return a cell of a CSV file: a name with its commas quoted, a number with ten digits."""
+    if isinstance(value, str):
+        return '"' + value.replace('"', '""') + '"' if set(value) & set(',"\n') else value
+    return "" if value is None else f"{value:.10g}"
 
 
 def _crossings(budget: Budget) -> Iterator[str]:

@@ -73,8 +73,15 @@ class Estimate:
     origin: Mapping[str, Any] = field(default_factory=dict)
 
 
-def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
+def flying_estimate(fit: Fit, flight: Flight, *, stand: bool = False) -> Estimate:
     """Return the mechanism of a fit in its flight configuration.
+
+    Parameters
+    ----------
+    fit : Fit
+    flight : Flight
+    stand : bool
+        Whether it keeps its test stand, so that its torque is that measured by the transducer.
 
     Raises
     ------
@@ -87,11 +94,11 @@ def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
     refuse_failed(fit, InputFileError)
     bench = fit.mechanism
     modes = [(2.0 * np.pi * m.frequency_hz, m.damping, m.inertia) for m in flight.load_modes] or None
-    plant = flying_plant(bench, None if modes is None else len(modes))
+    plant = flying_plant(bench, None if modes is None else len(modes), stand=stand)
     values = dict(_values_by_name(flight, plant))
     _check_names(flight, plant, values)
     try:
-        flying = to_flight(bench, values, modes)
+        flying = to_flight(bench, values, modes, stand=stand)
     except InputFileError as error:
         raise InputFileError(f"{flight.place}: {error}") from error
     _refuse_tied(flight, flying)
@@ -99,7 +106,11 @@ def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
     if names != fit.correlation_names or not (np.isfinite(covariance).all() and np.diag(covariance).all()):
         raise InputFileError(f"{fit.source}: correlation or a standard error is missing; identify to the end")
     # A value given for the flight is exact: its error on the bench does not apply.
-    kept = [k for k, name in enumerate(names) if name in flying.parameters and _is_flying(name) and name not in values]
+    kept = [
+        k
+        for k, name in enumerate(names)
+        if name in flying.parameters and (stand or _is_flying(name)) and name not in values
+    ]
     known = tuple(names[k] for k in kept)
     for name in set(flight.uncertain) & set(known):
         raise InputFileError(
@@ -112,7 +123,7 @@ def flying_estimate(fit: Fit, flight: Flight) -> Estimate:
         names=(*known, *flight.uncertain),
         covariance=block_diag(covariance[np.ix_(kept, kept)], np.diag(np.square(list(flight.uncertain.values())))),
         discrepancy=discrepancy_of(residuals, of_profiles_alone=source is not None),
-        left=parts_left_on_bench(bench, names),
+        left=parts_left_on_bench(bench, names, stand=stand),
         outcome=_doubt(fit),
         residual=source,
         side=residuals.components,

@@ -228,6 +228,12 @@ def respond(
     )
 
 
+def torque_response(state: SteadyState, residual: ResidualHere | None) -> Response:
+    """Return the torque itself, as a line of sight with a transfer function of 1."""
+    ones = np.ones((state.lines.size, 1), dtype=np.complex128)
+    return Response(("torque",), state, ones, state.lines[:, None], 0.0, None, residual)
+
+
 def _unmodelled_part(residual: ResidualHere, structure: Structure, highest_hz: float) -> Incoherent:
     """Return the line of sight due to unmodelled torque: its lines, and its density in narrow slices."""
     kept = (residual.amplitude > 0.0) & (residual.frequency_hz <= highest_hz)

@@ -9,15 +9,17 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.budgets.budget import BY_DUTY, Budget, named_modes
+from mechid.budgets.budget import BY_DUTY, Budget
 from mechid.budgets.coupling import loop_gain
 from mechid.budgets.course_numbers import course_of
 from mechid.budgets.hdf5 import line_of_sight_series
 from mechid.budgets.line_of_sight import Response
 from mechid.budgets.margins import margins
 from mechid.budgets.mode_budget import ModeBudget
+from mechid.budgets.named_modes import named_modes
 from mechid.budgets.origin import origin_numbers
 from mechid.budgets.over_rate import torque_bands
+from mechid.budgets.prediction_numbers import exported_numbers
 from mechid.budgets.requirement import Standing
 from mechid.budgets.settings import LEVEL, RESIDUALS
 from mechid.budgets.side_numbers import side_of_bench, side_of_mode
@@ -55,6 +57,7 @@ def budget_numbers(budget: Budget) -> dict[str, Any]:
         },
         "modes": [_mode(budget, made) for made in budget.modes],
         "requirements": [_standing_numbers(budget, s) for s in budget.standings],
+        "emission_requirements": [exported_numbers(one) for one in budget.predictions],
         "errors": [
             {
                 "name": e.name,

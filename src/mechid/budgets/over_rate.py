@@ -10,7 +10,7 @@ import numpy as np
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.indices import Index
-from mechid.budgets.line_of_sight import ABSOLUTE, Response
+from mechid.budgets.line_of_sight import ABSOLUTE, Response, torque_response
 from mechid.budgets.other_errors import OtherError
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.residual_source import ResidualHere
@@ -39,7 +39,11 @@ class LevelCurve:
 
 
 def sampled_phasors(
-    response: Response, estimate: Estimate, seed: int, lacking: FloatArray | None = None
+    response: Response,
+    estimate: Estimate,
+    seed: int,
+    lacking: FloatArray | None = None,
+    count: int = LEVEL.samples,
 ) -> ComplexArray:
     """Return phasors for parameter samples drawn from the covariance, model discrepancy included, (k, n, m) rad.
 
@@ -51,15 +55,17 @@ def sampled_phasors(
     seed : int
     lacking : (n,) or None
         Amplitude of the unmodelled torque at each line, N m, added at random phases; None adds nothing.
+    count : int
+        Number of samples k.
     """
     rng, alone = np.random.default_rng(seed), response.of_drive()
-    by = deviations(estimate.covariance, LEVEL.samples, rng)
+    by = deviations(estimate.covariance, count, rng)
     moved = alone.phasors + np.tensordot(by, alone.slopes[: len(estimate.names)], axes=1)
     share = estimate.discrepancy.of_lines(response.state.step_orders)
-    amplitude, phase = rng.normal(size=(2, LEVEL.samples, share.size)) * share
+    amplitude, phase = rng.normal(size=(2, count, share.size)) * share
     drive = np.asarray(moved * ((1.0 + amplitude) * np.exp(1j * phase))[:, :, None], dtype=np.complex128)
     if lacking is not None and response.residual is not None:
-        drive = drive + response.residual.draws(lacking, LEVEL.samples, rng)[:, :, None] * response.transfer
+        drive = drive + response.residual.draws(lacking, count, rng)[:, :, None] * response.transfer
     if response.side is None:
         return drive
     turned = phase + response.state.phase_changes(by @ response.state.gradient[:, : len(estimate.names)].T)
@@ -136,13 +142,15 @@ def _tracked_sizes(here: ResidualHere, response: Response, sizes: FloatArray) ->
 
 
 def torque_samples(
-    response: Response, estimate: Estimate, seed: int, lacking: FloatArray | None = None
+    response: Response,
+    estimate: Estimate,
+    seed: int,
+    lacking: FloatArray | None = None,
+    count: int = LEVEL.samples,
 ) -> ComplexArray:
     """Return samples of the torque's lines as in `sampled_phasors`, (k, n) N m."""
-    ones, lines = np.ones((response.state.lines.size, 1), dtype=np.complex128), response.state.lines[:, None]
-    # The torque itself, as a line of sight with a transfer function of 1.
-    torque = Response(("torque",), response.state, ones, lines, 0.0, None, response.residual)
-    return sampled_phasors(torque, estimate, seed, lacking)[:, :, 0]
+    torque = torque_response(response.state, response.residual)
+    return sampled_phasors(torque, estimate, seed, lacking, count)[:, :, 0]
 
 
 def torque_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> list[FloatArray]:

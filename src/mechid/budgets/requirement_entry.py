@@ -19,6 +19,7 @@ from mechid.campaign.place import (
     text,
 )
 from mechid.errors import InputFileError
+from mechid.specification.requirement_entry import is_on_emission
 
 KEYS = (
     "name",
@@ -43,14 +44,18 @@ REMEDIES = {
 
 
 def read_requirements(table: Mapping[str, Any], place: Place, axes: Sequence[str]) -> tuple[Requirement, ...]:
-    """Return the requirements, empty if there are none; `axes` are the structure's lines of sight.
+    """Return the requirements on the line of sight, empty if there are none; `axes` are the structure's.
+
+    Those on the emission at the interface, which have a `kind` or a mask, are passed over.
 
     Raises
     ------
     InputFileError
         A key is unknown or missing, or an entry wrong.
     """
-    return tuple(_requirement(entry, at, axes) for entry, at in tables(table, "requirement", place))
+    return tuple(
+        _requirement(entry, at, axes) for entry, at in tables(table, "requirement", place) if not is_on_emission(entry)
+    )
 
 
 def _requirement(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) -> Requirement:

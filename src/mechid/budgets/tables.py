@@ -194,3 +194,24 @@ def crossing_table(crossings: Sequence[Data]) -> Table:
         for c in crossings
     ]
     return Table(CROSSINGS, rows)
+
+
+EXPORTED = (
+    Column("requirement", "name", words=True),
+    Column("direction", "direction", words=True),
+    Column("mode", "mode", words=True),
+    Column("rate, steps/s", "rate"),
+    Column("frequency, Hz", "frequency"),
+    Column("value", "value"),
+    Column("bounds", "bounds"),
+    Column("limit", "limit"),
+    Column("unit", "unit", words=True),
+    Column("margin, dB", "margin"),
+    Column("verdict", "verdict", words=True, strong=True),
+)
+EXPORTED_NARROW = (*(column for column in EXPORTED if column.key not in ("bounds", "unit", "direction")),)
+
+
+def emission_requirement_table(rows: Sequence[Row]) -> Table:
+    """Return the table of the requirements on the torque at the interface."""
+    return Table(EXPORTED, rows, narrower=((EXPORTED_NARROW,),))

@@ -9,6 +9,7 @@ from typing import Any
 from mechid.ink.data import Data
 from mechid.ink.digits import plain
 from mechid.ink.document import BAD, CAUTION, GOOD, Lines, Verdict
+from mechid.specification.verdict import Verdict as EmissionVerdict
 
 HEADLINE = {
     GOOD: "All requirements are met, also at the unfavourable end of their 95 % bands.",
@@ -29,9 +30,9 @@ def budget_verdict(data: Data) -> Verdict:
     rows = sorted(data["requirements"], key=lambda r: r["decided"]["margin95"][0])
     tone = _tone(data)
     return Verdict(
-        HEADLINE[tone] if rows else NO_REQUIREMENT,
+        HEADLINE[tone] if rows or data["emission_requirements"] else NO_REQUIREMENT,
         (
-            ("Are the requirements met?", _all_met(rows)),
+            ("Are the requirements met?", _all_met(rows, data["emission_requirements"])),
             ("What drives the margin?", _drivers(rows)),
             ("Where is it worst?", _worst(data)),
             ("Is one-way coupling enough?", coupling_lines(data)),
@@ -41,21 +42,37 @@ def budget_verdict(data: Data) -> Verdict:
     )
 
 
+def unmet(data: Data) -> list[str]:
+    """Return the names of the requirements that are not shown to be met, each once."""
+    pointing = [r["requirement"] for r in data["requirements"] if not r["decided"]["met"]]
+    exported = [one["name"] for one in data["emission_requirements"] if one["verdict"] != EmissionVerdict.PASS]
+    return list(dict.fromkeys([*pointing, *exported]))
+
+
 def _tone(data: Data) -> str:
     rows = data["requirements"]
-    if any(r["decided"]["margin"] < 0.0 for r in rows):
+    exported = {one["verdict"] for one in data["emission_requirements"]}
+    if any(r["decided"]["margin"] < 0.0 for r in rows) or EmissionVerdict.FAIL in exported:
         return BAD
-    return GOOD if all(r["decided"]["met"] for r in rows) and not data["warnings"] else CAUTION
+    is_met = all(r["decided"]["met"] for r in rows) and exported <= {EmissionVerdict.PASS}
+    return GOOD if is_met and not data["warnings"] else CAUTION
 
 
-def _all_met(rows: Sequence[Data]) -> list[str]:
+def _all_met(rows: Sequence[Data], exported: Sequence[Data]) -> list[str]:
     more = len(rows) - SHOWN_ROWS
     rest = (
         [f"{more} more, with margins above {100.0 * rows[SHOWN_ROWS - 1]['decided']['margin95'][0]:.1f} % at 95 %"]
         if more > 0
         else []
     )
-    return [*(_met(r) for r in rows[:SHOWN_ROWS]), *rest] or [NO_REQUIREMENT]
+    return [*(_met(r) for r in rows[:SHOWN_ROWS]), *rest, *map(_exported_line, exported)] or [NO_REQUIREMENT]
+
+
+def _exported_line(one: Data) -> str:
+    text = one["text"]
+    at = f", {text['rate']} steps/s, {text['frequency']} Hz" if one["worst"] else ""
+    margin = f"; margin {text['margin']} dB" if text["margin"] else ""
+    return f"{one['name']}, {one['direction']}{at}: {text['verdict']}{margin}"
 
 
 def _met(r: Data) -> str:

@@ -48,7 +48,10 @@ def budget_report(data: Mapping[str, Any], document: Document, files: Mapping[st
         VerificationReport(
             title=TITLE.format(data["file"]),
             document=document,
-            verified=[_verification_row(data, one) for one in data["requirements"]],
+            verified=[
+                *(_verification_row(data, one) for one in data["requirements"]),
+                *(_exported_row(data, one) for one in data["emission_requirements"]),
+            ],
             meaning=MEANING,
             test=fit["test"],
             set_up=[Words(RESTS)],
@@ -78,6 +81,21 @@ def _verification_row(data: Data, one: Data) -> Verified:
     )
 
 
+def _exported_row(data: Data, one: Data) -> Verified:
+    """Return the row of a requirement on the torque at the interface."""
+    text, unit = one["text"], str(one["unit"]).replace("*", " ")
+    where = f" at {text['frequency']} Hz, {text['rate']} steps/s, {text['mode']}" if one["worst"] else ""
+    return Verified(
+        requirement=f"{one['name']} ({one['direction']}, {one['kind'].replace('_', ' ')})",
+        method=ANALYSIS,
+        value=f"{text['value']} {unit}{where}" if one["worst"] else "none",
+        limit=f"{text['limit']} {unit}" if one["worst"] else "",
+        margin=f"{text['margin']} dB" if text["margin"] else "",
+        verdict=text["verdict"],
+        evidence=evidence_words("fitted mechanism", str(data["provenance"]["fit"][DIGEST] or "")),
+    )
+
+
 def _noise(records: list[Data]) -> Iterator[Part]:
     rows = [
         {"name": one["name"], "noise": digits(one["noise_sigma"], 3), "basis": one["noise_rests_on"]}
@@ -100,5 +118,8 @@ def _deviations(data: Data) -> Iterator[str]:
     for one in data["requirements"]:
         if not one["decided"]["met"]:
             yield f"{one['requirement']}, {one['mode']}: {requirement_text(one)['met']}."
+    for one in data["emission_requirements"]:
+        if one["verdict"] != "pass":
+            yield f"{one['name']}: {one['text']['verdict']}."
     yield from data["notes"]
     yield from data["warnings"]

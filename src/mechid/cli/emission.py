@@ -17,10 +17,18 @@ def emission(
         Path | None,
         typer.Option(metavar="FILE", help="File with the [[requirement]] tables, in place of those of the campaign."),
     ] = None,
+    fit: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Results of mechid identify: predict the torque at rates not tested, too."),
+    ] = None,
+    flight: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="File with a [flight] table: predict with its values, off the test stand."),
+    ] = None,
     docx: Docx = False,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 5 where a verdict is not a pass.")] = False,
 ) -> None:
-    """Judge the emission at the interface against its specification, from records alone."""
+    """Judge the emission at the interface against its specification, from records alone or with a fit."""
     from mechid.cli.output import print_result
     from mechid.emissions.run import emission as judged
     from mechid.errors import FitError
@@ -30,7 +38,7 @@ def emission(
     if docx:
         refuse_without_docx()
     with hold_folder(out):
-        found = judged(campaign, requirements=requirements)
+        found = judged(campaign, requirements=requirements, fit=fit, flight=flight)
         print_result(found, out, docx=docx)
     if strict and not found.passes:
         open_ones = ", ".join(one.requirement.name for one in found.assessments if one.verdict != "pass")

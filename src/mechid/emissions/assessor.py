@@ -14,13 +14,15 @@ from mechid.campaign.campaign import CampaignRecord
 from mechid.command.words import command_words
 from mechid.emissions.background import HOLDING, Background, choose_background
 from mechid.emissions.declared import Declared
-from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine, EmissionSpectrum, SourceFile
+from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionSpectrum, SourceFile
+from mechid.emissions.emission_line import EmissionLine
 from mechid.emissions.lines import find_lines, mains_of, orders_of
 from mechid.emissions.measured import Stretch, background_amplitude, measure
 from mechid.emissions.settings import EMISSION
 from mechid.emissions.spectra import Spectra, channel_spectra, window_length
 from mechid.emissions.trust import BenchUse, bench_use
 from mechid.errors import RecordError
+from mechid.exports.handover import Trial
 from mechid.records import Record
 from mechid.signal.envelope import peak_groups
 from mechid.simulation.simulator import TimeBase
@@ -51,6 +53,7 @@ class Assessor:
         self._bands: dict[str, list[tuple[float, float]]] = {}
         self._sources: list[SourceFile] = []
         self._mains: dict[str, set[float]] = {}
+        self.trials: list[Trial] = []
         self._chosen = {
             direction: choose_background(declared.backgrounds, direction)
             for direction in sorted({declared.own_direction(one) for one in declared.requirements})
@@ -71,6 +74,9 @@ class Assessor:
         for background in self._declared.backgrounds:
             background.refuse_other_clock(data)
         parts = list(_stretches(record, data))
+        if np.isfinite(parts[0][1]):
+            base = TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
+            self.trials.append(Trial(record.name, record.command, base))
         named = {direction_of(one.quantity, self._declared.mounting): one.data[:] for one in data.channels}
         samples = {direction: y for direction, y in named.items() if direction is not None}
         for part, rate in parts:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from mechid.budgets.budget_file import KEYS as BUDGET_KEYS
 from mechid.campaign.bench_entry import read_bench
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.campaign_builder import KEYS
@@ -99,7 +100,8 @@ def load_declared(path: Path, requirements: Path | None) -> Declared:
     asked, own, at = file, table, place
     if requirements is not None:
         asked, own, at = requirements, read_toml(requirements), Place(requirements.name)
-        refuse_unknown_keys(own, (REQUIREMENT,), at)
+        # The file may be a budget's, which holds the whole specification.
+        refuse_unknown_keys(own, BUDGET_KEYS, at)
     wanted = read_requirements(own, at, asked.parent)
     _refuse_unmeasured(wanted, records, interface, at)
     return Declared(

@@ -6,9 +6,19 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from mechid.budgets.prediction_figures import predicts
 from mechid.emissions.emission import Emission
-from mechid.emissions.figures import emission_figures, over_rate_name, rates_of, spectrum_name, waterfall_name
+from mechid.emissions.figures import (
+    emission_figures,
+    orders_name,
+    over_rate_name,
+    rates_of,
+    spectrum_name,
+    steppings_of,
+    waterfall_name,
+)
 from mechid.emissions.numbers import emission_numbers
+from mechid.emissions.predicted import BENCH
 from mechid.emissions.tables import csv_texts, write_emission_workbook
 from mechid.emissions.verification import emission_report
 from mechid.identification.result.estimate_file import json_text
@@ -34,10 +44,18 @@ from mechid.ink.text_table import MARKDOWN, PAGE, Column, OnPage, Row
 from mechid.records.components import AXES
 from mechid.specification.numbers import VERDICT_MEANING
 from mechid.specification.requirement import AMPLITUDE, PSD
+from mechid.specification.verdict import RANK
+from mechid.specification.verdict import Verdict as EmissionVerdict
 
 JSON_NAME = "emission.json"
 MOST_LINES = 12
 """Largest lines of a direction that a page shows; lines.csv has all."""
+AT_TRANSDUCER = "The torque at the transducer, with the load and the supply of the bench."
+ON_BASE = "The torque on a held base in flight, without the test stand."
+PREDICTION = (
+    "The bounds hold the errors of the fit's parameters and the torque that the model lacks, as the residuals of the "
+    "records show it. Where the rotor may move in several ways at a rate, the worst one counts."
+)
 
 
 def _verdict_style(row: Row) -> str:
@@ -58,7 +76,12 @@ VERDICTS = (
     Column("margin, dB", "margin"),
     Column("verdict", "verdict", words=True, strong=True, on_page=OnPage(style=_verdict_style, wide=True)),
 )
-NARROW = (*(column for column in VERDICTS if column.key not in ("bounds", "unit", "direction")),)
+WITH_FIT = (
+    *VERDICTS[:-1],
+    Column("records", "records", words=True),
+    Column("prediction", "predicted", words=True),
+    VERDICTS[-1],
+)
 AT_RATES = (
     Column("record", "record", words=True),
     Column("rate, steps/s", "rate"),
@@ -69,6 +92,11 @@ AT_RATES = (
     Column("background", "background"),
     Column("margin, dB", "margin"),
     Column("verdict", "verdict", words=True, on_page=OnPage(style=_verdict_style, wide=True)),
+)
+PREDICTED = (
+    Column("stepping", "stepping", words=True),
+    Column("rates", "count"),
+    *(column for column in AT_RATES if column.key not in ("record", "background")),
 )
 LINES = (
     Column("record", "record", words=True),
@@ -98,16 +126,42 @@ def emission_document(data: Mapping[str, Any]) -> Document:
     return Document(
         title="Emission at the interface",
         command="mechid emission",
-        under="Exported forces and torques of the records against their requirements, without a model.",
+        under=_subtitle(data["prediction"]),
         is_synthetic=bool(data["synthetic"]),
         parts=(
             _verdict(requirements),
             Section("Requirements", tuple(_overview(data)), "requirements", "Requirements"),
+            _prediction(data),
             Section("", tuple(_direction(data, one) for one in data["directions"]), entry="directions"),
             Section("", tuple(_requirement(k, one) for k, one in enumerate(requirements)), entry="requirements"),
             Section("Records", tuple(_records(data)), "records", "Records", where=(MARKDOWN, PAGE)),
         ),
     )
+
+
+def _subtitle(prediction: Data | None) -> str:
+    if prediction is None:
+        return "Exported forces and torques of the records against their requirements, without a model."
+    where = "with the values of the bench" if prediction["values"] == BENCH else "in flight"
+    return f"Exported forces and torques of the records, and predicted by {prediction['fit']} {where}."
+
+
+def _prediction(data: Data) -> Section:
+    """Return the section of the prediction: its range, and the largest orders with what was measured of them."""
+    prediction = data["prediction"]
+    if prediction is None:
+        return Section("", ())
+    ranges = [
+        f"{one['stepping']}: {one['count']} rates from {plain(one['from'], 4)} to {plain(one['to'], 4)} steps/s, "
+        f"{one['tested']} of them within the records"
+        for one in prediction["rates"]
+    ]
+    where = AT_TRANSDUCER if prediction["values"] == BENCH else ON_BASE
+    words = Words(f"{where} {PREDICTION}", where=IN_DOCUMENTS)
+    pictures = [
+        Picture(orders_name(name), f"Largest orders over the rate, {name}") for name in steppings_of(prediction)
+    ]
+    return Section("Prediction", (words, Lines(ranges), *pictures), "prediction", "Prediction", where=IN_DOCUMENTS)
 
 
 def _verdict(requirements: list[Data]) -> Verdict:
@@ -119,7 +173,9 @@ def _verdict(requirements: list[Data]) -> Verdict:
 
 
 def _overview(data: Data) -> Iterator[Part]:
-    yield Rows(Table(VERDICTS, data["requirements"], narrower=((NARROW,),)))
+    columns = WITH_FIT if data["prediction"] else VERDICTS
+    narrow = tuple(column for column in columns if column.key not in ("bounds", "unit", "direction"))
+    yield Rows(Table(columns, data["requirements"], narrower=((narrow,),)))
     yield Words(VERDICT_MEANING, "soft", where=IN_DOCUMENTS)
     low, high = data["usable_band_Hz"]
     if low is not None and high is not None:
@@ -165,10 +221,28 @@ def _requirement(number: int, one: Data) -> Section:
     definition, unit = one["definition"], one["text"]["unit"]
     words = f"{definition[:1].upper()}{definition[1:]}. Unit: {unit}. Confidence {100.0 * one['confidence']:g} %."
     parts: list[Part] = [Words(words, "soft")]
-    if len(rates_of(one["at_rates"])) > 1:
+    if predicts(one["predicted"]):
+        parts.append(Picture(over_rate_name(number), f"{one['name']} over the step rate, measured and predicted"))
+    elif len(rates_of(one["at_rates"])) > 1:
         parts.append(Picture(over_rate_name(number), f"{one['name']} over the step rate"))
     parts.append(Rows(Table(AT_RATES, one["at_rates"])))
+    if one["predicted"] and one["predicted"]["at_rates"]:
+        parts.append(Rows(Table(PREDICTED, list(_worst_of_steppings(one["predicted"]))), "Prediction, the worst rate"))
     return Section(one["name"], tuple(parts), f"requirement-{number + 1}", one["name"], where=IN_DOCUMENTS)
+
+
+def _worst_of_steppings(predicted: Data) -> Iterator[Data]:
+    """Yield for each way of stepping the rate that decides, with the number of rates that were judged."""
+    for stepping in dict.fromkeys(at["stepping"] for at in predicted["at_rates"]):
+        own = [at for at in predicted["at_rates"] if at["stepping"] == stepping]
+        worst = max(own, key=_gravity)
+        yield {**worst, "count": str(len(own))}
+
+
+def _gravity(at: Data) -> tuple[int, float]:
+    """Return the rank of a verdict, and the upper bound over the limit by which rates of one verdict are sorted."""
+    nearness = float(at["worst"]["upper"] / at["worst"]["limit"]) if at["worst"] else 0.0
+    return RANK[EmissionVerdict(at["verdict"])], nearness
 
 
 def _records(data: Data) -> Iterator[Part]:

@@ -3,37 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.budgets.prediction import Prediction
 from mechid.campaign.declared_test import DeclaredTest
 from mechid.display import DisplayedResult
+from mechid.emissions.emission_line import EmissionLine
+from mechid.emissions.predicted import PredictedEmission, decide
 from mechid.emissions.trust import BenchUse
 from mechid.records import ChannelSpec
 from mechid.specification.requirement import Requirement
 from mechid.specification.verdict import Judged, Verdict
-
-
-@dataclass(frozen=True, kw_only=True)
-class EmissionLine:
-    """One line of one direction at one rate; amplitudes are peak values in N or N m.
-
-    `background` is the upper bound of the background's line at its frequency, 0 where there is none; `mains_hz` the
-    multiple of the mains that it is, NaN where it is none; `order` likewise.
-    """
-
-    record: str
-    rate: float
-    direction: str
-    frequency_hz: float
-    order: float
-    amplitude: float
-    sigma: float
-    background: float
-    mains_hz: float
-    unit: str
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,17 +48,37 @@ class AtRate:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Assessment:
-    """One requirement with its verdict, and the verdicts at all rates that lead to it."""
+    """One requirement with its verdict, and the verdicts at all rates that lead to it.
+
+    Attributes
+    ----------
+    requirement : Requirement
+    judged : Judged
+        Of the records.
+    at_rates : tuple of AtRate
+    judged_hz : (float, float) or None
+    prediction : Prediction or None
+        Of the fit.
+    decided : Judged or None
+        Of records and prediction together; None without a fit.
+    """
 
     requirement: Requirement
     judged: Judged
     at_rates: tuple[AtRate, ...]
     judged_hz: tuple[float, float] | None
+    prediction: Prediction | None = None
+    decided: Judged | None = None
+
+    @property
+    def deciding(self) -> Judged:
+        """What decides: the records, with a fit both together."""
+        return self.decided or self.judged
 
     @property
     def verdict(self) -> Verdict:
         """Verdict over all rates."""
-        return self.judged.verdict
+        return self.deciding.verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,6 +122,8 @@ class Emission(DisplayedResult):
     sources : tuple of SourceFile
     synthetic : bool
         Whether the records were simulated.
+    predicted : PredictedEmission or None
+        By the fit, at rates that were tested or not; None without one.
     test : DeclaredTest
         Statements of the campaign file on the test.
     inputs : mapping of str to str
@@ -135,6 +140,7 @@ class Emission(DisplayedResult):
     notes: tuple[str, ...] = ()
     sources: tuple[SourceFile, ...] = ()
     synthetic: bool = False
+    predicted: PredictedEmission | None = None
     test: DeclaredTest = field(default_factory=DeclaredTest)
     inputs: Mapping[str, str] = field(default_factory=dict)
 
@@ -142,3 +148,13 @@ class Emission(DisplayedResult):
     def passes(self) -> bool:
         """Whether every requirement is shown to be met."""
         return all(one.verdict is Verdict.PASS for one in self.assessments)
+
+
+def with_prediction(found: Emission, predicted: PredictedEmission) -> Emission:
+    """Return an emission with the predictions of its requirements, and the verdicts on both together."""
+    assessments = tuple(
+        replace(one, prediction=own, decided=decide(one.judged, own.judged, predicted.place))
+        for one, own in zip(found.assessments, predicted.predictions, strict=True)
+    )
+    notes = (*found.notes, *predicted.notes, *(note for own in predicted.predictions for note in own.notes))
+    return replace(found, assessments=assessments, predicted=predicted, notes=notes)

@@ -12,13 +12,14 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from mechid.arrays import FloatArray
+from mechid.budgets.prediction_figures import RATE, draw_shares_of_limit, predicts
 from mechid.emissions.emission import Emission, EmissionSpectrum
+from mechid.emissions.order_figure import draw_orders
 from mechid.ink.figures import BAR_IN, STYLE, WIDTH_IN, in_powers, legend_above, make_figure
 from mechid.ink.palette import LIMIT, MEASURED, NOISE, series
 from mechid.ink.quantities import FREQUENCY
 from mechid.specification.requirement import AMPLITUDE, PSD
 
-RATE = "step rate, full steps/s"
 SPECTRUM_IN, WATERFALL_IN, OVER_RATE_IN = 2.8, 3.2, 2.6
 SHOWN_DECADES = 3.5
 """Of a waterfall's amplitude."""
@@ -37,6 +38,16 @@ def waterfall_name(direction: str) -> str:
 def over_rate_name(number: int) -> str:
     """Return the name of the figure of a requirement, counted from 0, over the rate."""
     return f"emission_requirement_{number + 1}_over_rate"
+
+
+def orders_name(stepping: str) -> str:
+    """Return the name of the figure of the largest orders of a way of stepping."""
+    return f"emission_orders_{stepping}"
+
+
+def steppings_of(prediction: Mapping[str, Any] | None) -> list[str]:
+    """Return the ways of stepping of a prediction that have lines; none without a prediction."""
+    return list(dict.fromkeys(one["stepping"] for one in prediction["orders"])) if prediction else []
 
 
 def directions_of(found: Emission) -> list[str]:
@@ -62,8 +73,15 @@ def emission_figures(found: Emission, data: Mapping[str, Any]) -> Iterator[tuple
             if _one_for_each_rate(own):
                 yield waterfall_name(direction), make_figure(partial(_waterfall, own), WATERFALL_IN)
         for k, requirement in enumerate(data["requirements"]):
-            if len(rates_of(requirement["at_rates"])) > 1:
+            predicted = requirement["predicted"]
+            if predicts(predicted):
+                shares = partial(draw_shares_of_limit, requirement["direction"], predicted, requirement["at_rates"])
+                yield over_rate_name(k), make_figure(shares, OVER_RATE_IN)
+            elif len(rates_of(requirement["at_rates"])) > 1:
                 yield over_rate_name(k), make_figure(partial(_over_rate, requirement), OVER_RATE_IN)
+        for stepping in steppings_of(data["prediction"]):
+            orders = [one for one in data["prediction"]["orders"] if one["stepping"] == stepping]
+            yield orders_name(stepping), make_figure(partial(draw_orders, orders), WATERFALL_IN)
 
 
 def _measures(requirement: Mapping[str, Any], direction: str, found: Emission) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -83,6 +83,12 @@ class Interface:
                 f"supports no frequency in {which}: the correction is uncertain by more than 1 dB from the lowest one "
                 "on; check its units and uncertainty_percent"
             )
+
+    def prediction_notes(self) -> Iterator[str]:
+        """Yield that a fit knows no other point than the mounting point, where another one is declared."""
+        bench = self.bench
+        if bench.mounting and bench.interface_point_m not in (None, bench.mounting.point_m):
+            yield "Predictions are of the torque about mounting_point_m; interface_point_m moves the records' moments alone."
 
     @property
     def is_corrected(self) -> bool:

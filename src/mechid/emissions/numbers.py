@@ -8,11 +8,14 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
 
-from mechid.emissions.emission import Assessment, AtRate, Emission, EmissionLine
+from mechid.budgets.prediction_numbers import prediction_numbers
+from mechid.emissions.emission import Assessment, AtRate, Emission
+from mechid.emissions.emission_line import EmissionLine
+from mechid.emissions.predicted import PredictedEmission
 from mechid.emissions.trust import BenchUse
 from mechid.ink.digits import plain, with_sigma
 from mechid.records import ChannelSpec
-from mechid.specification.numbers import VERDICT_WORDS, finite, worst_numbers, worst_texts
+from mechid.specification.numbers import VERDICT_WORDS, finite, requirement_numbers, worst_numbers, worst_texts
 from mechid.specification.requirement import AMPLITUDE, BAND_PEAK, PSD, RMS, THIRD_OCTAVE, Requirement
 from mechid.specification.settings import SPECIFICATION
 from mechid.specification.verdict import Judged
@@ -44,6 +47,7 @@ def emission_numbers(found: Emission) -> dict[str, Any]:
             for one in found.backgrounds
         ],
         "notes": list(found.notes),
+        "prediction": _prediction(found.predicted),
         "test": found.test.to_dict(),
         "channels": _channels(found),
         "provenance": {
@@ -125,29 +129,55 @@ def _channels(found: Emission) -> list[dict[str, Any]]:
 
 
 def _assessment(one: Assessment) -> dict[str, Any]:
-    requirement, worst = one.requirement, one.judged.worst
-    text = {"verdict": VERDICT_WORDS[one.verdict], "unit": unit_words(requirement.unit), **worst_texts(worst)}
+    worst, records = one.deciding.worst or one.judged.worst, one.judged
+    own = one.prediction and prediction_numbers(one.prediction)
+    text = {
+        "verdict": VERDICT_WORDS[one.verdict],
+        "records": VERDICT_WORDS[records.verdict],
+        "predicted": VERDICT_WORDS[one.prediction.verdict] if one.prediction else "",
+        "unit": unit_words(one.requirement.unit),
+        **worst_texts(worst),
+    }
     return {
-        "name": requirement.name,
-        "direction": requirement.direction,
-        "kind": requirement.kind,
-        "definition": definition_of(requirement),
+        **requirement_numbers(one.requirement),
+        "definition": definition_of(one.requirement),
         "verdict": one.verdict.value,
-        "unit": requirement.unit,
-        "confidence": requirement.confidence,
-        "margin_dB_required": requirement.margin_db,
-        "exclude_mains": requirement.exclude_mains,
-        "mask": [list(point) for point in zip(*_mask(requirement), strict=True)],
-        "interpolation": "step" if requirement.mask.is_stepwise else "log-log",
         "judged_Hz": list(one.judged_hz) if one.judged_hz else None,
         "worst": worst_numbers(worst),
+        "records": {"verdict": records.verdict.value, "worst": worst_numbers(records.worst)},
+        "predicted": own,
         "at_rates": [_at_rate(at) for at in one.at_rates],
         "text": text,
     }
 
 
-def _mask(requirement: Requirement) -> tuple[list[float], list[float]]:
-    return requirement.mask.frequencies_hz.tolist(), requirement.mask.limits.tolist()
+def _prediction(predicted: PredictedEmission | None) -> dict[str, Any] | None:
+    """Return the origin and the range of the predictions; None without a fit."""
+    if predicted is None:
+        return None
+    return {
+        "fit": predicted.source,
+        "values": predicted.place,
+        "highest_Hz": finite(predicted.highest_hz),
+        "rates": [
+            {"stepping": name, "from": low, "to": high, "count": count, "tested": tested}
+            for name, (low, high, count, tested) in predicted.rates.items()
+        ],
+        "orders": [
+            {
+                "stepping": curve.stepping,
+                "order": curve.order,
+                "rates": curve.rates.tolist(),
+                "amplitude": [finite(value) for value in curve.amplitude.tolist()],
+                "bound95": [finite(value) for value in curve.bound.tolist()],
+                "measured": [
+                    {"rate": rate, "amplitude": amplitude, "sigma": sigma}
+                    for rate, amplitude, sigma in curve.measured.tolist()
+                ],
+            }
+            for curve in predicted.curves
+        ],
+    }
 
 
 def _at_rate(at: AtRate) -> dict[str, Any]:

@@ -8,10 +8,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from mechid.budgets.prediction_table import HEADER, TEXTS, predicted_rows
 from mechid.exports.tables.table import Table, numbers, texts
 from mechid.exports.tables.workbook import write_workbook
 
-LINES_NAME, VERDICTS_NAME, WORKBOOK_NAME = "lines.csv", "verdicts.csv", "emission.xlsx"
+LINES_NAME, VERDICTS_NAME, PREDICTED_NAME = "lines.csv", "verdicts.csv", "predicted.csv"
+WORKBOOK_NAME = "emission.xlsx"
 LINE_TEXTS, VERDICT_TEXTS = (
     ("record", "direction", "unit"),
     ("requirement", "direction", "kind", "unit", "verdict", "record"),
@@ -40,11 +42,14 @@ VERDICT_NUMBERS = {
 
 
 def csv_texts(data: Mapping[str, Any]) -> dict[str, str]:
-    """Return lines.csv and verdicts.csv of what `emission_numbers` made."""
-    return {
+    """Return lines.csv and verdicts.csv, with a fit predicted.csv, of what `emission_numbers` made."""
+    texts_by_name = {
         LINES_NAME: _csv((*LINE_TEXTS, *LINE_NUMBERS), [_line_row(line) for line in data["lines"]]),
         VERDICTS_NAME: _csv((*VERDICT_TEXTS, *VERDICT_NUMBERS), [_verdict_row(one) for one in data["requirements"]]),
     }
+    if data["prediction"]:
+        texts_by_name[PREDICTED_NAME] = _csv(HEADER, _predicted_rows(data))
+    return texts_by_name
 
 
 def write_emission_workbook(data: Mapping[str, Any], folder: Path) -> Path:
@@ -53,8 +58,14 @@ def write_emission_workbook(data: Mapping[str, Any], folder: Path) -> Path:
         _table("verdicts", VERDICT_TEXTS, tuple(VERDICT_NUMBERS), [_verdict_row(one) for one in data["requirements"]]),
         _table("lines", LINE_TEXTS, tuple(LINE_NUMBERS), [_line_row(line) for line in data["lines"]]),
     ]
+    if data["prediction"]:
+        tables.append(_table("predicted", TEXTS, HEADER[len(TEXTS) :], _predicted_rows(data)))
     # A worksheet has a limited number of rows; the CSV files hold longer tables.
     return folder / write_workbook([table for table in tables if table.fits_sheet], folder, WORKBOOK_NAME)
+
+
+def _predicted_rows(data: Mapping[str, Any]) -> list[list[Any]]:
+    return [row for one in data["requirements"] for row in predicted_rows(one, one["predicted"])]
 
 
 def _line_row(line: Mapping[str, Any]) -> list[Any]:

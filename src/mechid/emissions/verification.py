@@ -17,7 +17,8 @@ from mechid.verification.report import VerificationReport, Verified, evidence_wo
 from mechid.verification.sections import report_document
 
 TITLE = "Test report: emission at the interface"
-TEST = "test"
+TEST, ANALYSIS = "test", "analysis"
+PREDICTED = "prediction of the fit, {}"
 RUN = "run"
 STATES = {"off": "motor unpowered", "holding": "motor powered, at rest", "empty": "table alone"}
 METHOD = (
@@ -83,14 +84,17 @@ def _verification_row(one: Data, runs: list[dict[str, Any]]) -> Verified:
     where = f" at {text['frequency']} Hz" if worst else ""
     where += f", {text['rate']} steps/s" if text["rate"] else ""
     source = next((run for run in runs if worst and run["name"] == worst["record"]), None)
+    # Without a record the value that decides is a predicted one.
+    predicted = one["predicted"] is not None and worst is not None and source is None
+    evidence = PREDICTED.format(worst["record"]) if predicted else ""
     return Verified(
         requirement=f"{one['name']} ({one['direction']}, {one['kind'].replace('_', ' ')})",
-        method=TEST,
+        method=ANALYSIS if predicted else TEST,
         value=f"{text['value']} {unit}{where}" if worst else "none",
         limit=f"{text['limit']} {unit}" if worst else "",
         margin=f"{text['margin']} dB" if text["margin"] else "",
         verdict=text["verdict"],
-        evidence=f"record {source['name']}: {evidence_words(source['file'], source['sha256'])}" if source else "",
+        evidence=f"record {source['name']}: {evidence_words(source['file'], source['sha256'])}" if source else evidence,
     )
 
 

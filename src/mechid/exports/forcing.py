@@ -16,7 +16,7 @@ from mechid.budgets.attractors import steady_states
 from mechid.budgets.discrepancy import Discrepancy, discrepancy_of
 from mechid.budgets.emission import Emission, emission
 from mechid.budgets.flying_mechanism import Estimate
-from mechid.budgets.line_of_sight import Response
+from mechid.budgets.line_of_sight import torque_response
 from mechid.budgets.operating_mode import OperatingMode, usual_highest_hz
 from mechid.budgets.residual_source import residual_source
 from mechid.budgets.steady_state import SteadyState
@@ -110,6 +110,4 @@ def _largest(states: tuple[SteadyState, ...]) -> SteadyState:
 def _emission(estimate: Estimate, mode: OperatingMode, state: SteadyState) -> Emission:
     # Without stored residuals, only the model and its parameter errors are known.
     here = None if estimate.residual is None else estimate.residual.at(mode.command, state.rate)
-    ones, lines = np.ones((state.lines.size, 1), dtype=np.complex128), state.lines[:, None]
-    torque = Response(("torque",), state, ones, lines, 0.0, None, here)
-    return emission(torque, estimate, mode.highest_hz, SEED)
+    return emission(torque_response(state, here), estimate, mode.highest_hz, SEED)

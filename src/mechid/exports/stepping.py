@@ -30,6 +30,8 @@ SPAN = 24.0
 # Slower periods take minutes to simulate, and no stepper follows faster rates.
 SLOWEST, FASTEST = 0.02, 1e5
 """Limits of rates in full steps/s: slower periods take minutes to simulate, and no stepper follows faster rates."""
+SLOWEST_ASKED = 0.5
+"""Lowest rate of a further range: at half a step a second a period lasts four seconds."""
 FULL_STEP_DEG = 90.0
 NEAR = 1e-9
 
@@ -75,17 +77,27 @@ def steppings(trials: Sequence[Trial]) -> tuple[Stepping, ...]:
     )
 
 
-def choose_rates(mechanism: Mechanism, modes: Sequence[Stepping]) -> FloatArray:
+def choose_rates(
+    mechanism: Mechanism, modes: Sequence[Stepping], also: Sequence[tuple[float, float]] = ()
+) -> FloatArray:
     """Choose rates for a campaign, (r,) full steps/s: over its range, at its constant rates and near resonances.
 
     Rates are closely spaced where an order of the steps excites a resonance of the mechanism.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    modes : sequence of Stepping
+    also : sequence of (float, float)
+        Further ranges.
     """
     ranges = np.array([one for mode in modes for one in mode.ranges])
     highest = float(ranges.max())
     slowest = np.where(ranges[:, 0] > 0.0, ranges[:, 0], highest / SPAN)
     lowest = max(float(slowest.min()), highest / SPAN, SLOWEST)
     constant = np.unique(ranges[(ranges[:, 0] == ranges[:, 1]) & (ranges[:, 0] >= SLOWEST), 0])
-    grid = _graded_rates(mechanism, lowest, highest)
+    asked = [(max(low, SLOWEST_ASKED), min(high, FASTEST)) for low, high in also if high >= SLOWEST_ASKED]
+    grid = np.concatenate([_graded_rates(mechanism, *ends) for ends in [(lowest, highest), *asked]])
     away = np.all(np.abs(grid[:, None] / constant - 1.0) > APART, axis=1)
     return np.unique(np.round(np.concatenate([grid[away], constant]), 9))
 

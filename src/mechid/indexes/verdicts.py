@@ -91,13 +91,21 @@ def design_verdict(data: Data) -> Verdict:
 def budget_verdict(data: Data) -> Verdict:
     """Count the met requirements, and give the least margin."""
     decided = [(one["decided"]["margin"], one) for one in data["requirements"]]
+    # Files of earlier versions have no requirements on the emission.
+    exported = emission_verdict({"requirements": data.get("emission_requirements") or [], "notes": data["warnings"]})
+    if not decided and data.get("emission_requirements"):
+        return exported
     if not decided:
         return Verdict("no requirement is given; the disturbance alone is shown", "", _few(data["warnings"]))
     met = sum(bool(one["decided"]["met"]) for _, one in decided)
     margin, least = min(decided, key=lambda pair: float(pair[0]))
     where = f"least margin {100.0 * margin:.1f} %: {least['requirement']}, {least['mode']}, {least['axis']}"
     tone = BAD if margin < 0.0 else GOOD if met == len(decided) and not data["warnings"] else CAUTION
-    return Verdict(f"{met} of {len(decided)} requirements met", tone, _few([where, *data["warnings"]]))
+    headline = f"{met} of {len(decided)} requirements met"
+    if data.get("emission_requirements"):
+        headline += f"; on the emission {exported.headline}"
+        tone = BAD if BAD in (tone, exported.tone) else CAUTION if CAUTION in (tone, exported.tone) else GOOD
+    return Verdict(headline, tone, _few([where, *data["warnings"]]))
 
 
 def emission_verdict(data: Data) -> Verdict:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.ink.digits import digits, plain
+from mechid.specification.requirement import Requirement
 from mechid.specification.verdict import Worst
 
 VERDICT_WORDS: Mapping[str, str] = {
@@ -19,6 +20,22 @@ VERDICT_MEANING = (
     "Pass: the upper bound of every value is below its limit. Fail: a lower bound is above it. Pass not shown: the "
     "limit lies between the bounds. Not decidable: so it does, and the background itself is above the limit."
 )
+
+
+def requirement_numbers(requirement: Requirement) -> dict[str, Any]:
+    """Return a requirement as it is declared, limits in its SI unit."""
+    mask = requirement.mask
+    return {
+        "name": requirement.name,
+        "direction": requirement.direction,
+        "kind": requirement.kind,
+        "unit": requirement.unit,
+        "confidence": requirement.confidence,
+        "margin_dB_required": requirement.margin_db,
+        "exclude_mains": requirement.exclude_mains,
+        "mask": [list(point) for point in zip(mask.frequencies_hz.tolist(), mask.limits.tolist(), strict=True)],
+        "interpolation": "step" if mask.is_stepwise else "log-log",
+    }
 
 
 def worst_numbers(worst: Worst | None) -> dict[str, Any] | None:

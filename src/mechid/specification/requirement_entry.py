@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,14 +43,27 @@ KEYS = (
     "exclude_mains",
     "resolution_hz",
 )
+POINTING_KEYS = ("limit_rad", "index")
+"""Keys that requirements on the pointing error have, and those on the emission do not."""
+EMISSION_KEYS = ("kind", "direction", "mask", "mask_file")
 INTERPOLATIONS = ("log-log", "step")
 MASK_REMEDY = "write two points or more of frequency in Hz and limit, as mask = [[10.0, 0.01], [100.0, 0.05]]"
 RATES_REMEDY = 'write "all", or ranges in full steps/s, as rates = [[10.0, 50.0]]'
 EXAMPLE_UNITS = {"N": "mN", "N*m": "mN*m", "N^2/Hz": "N^2/Hz", "N^2*m^2/Hz": "N^2*m^2/Hz"}
 
 
+def is_on_pointing(entry: Mapping[str, Any]) -> bool:
+    """Return whether an entry is on a pointing error, which a budget judges."""
+    return any(key in entry for key in POINTING_KEYS)
+
+
+def is_on_emission(entry: Mapping[str, Any]) -> bool:
+    """Return whether an entry of a file that holds both kinds is on the emission."""
+    return not is_on_pointing(entry) and any(key in entry for key in EMISSION_KEYS)
+
+
 def read_requirements(table: Mapping[str, Any], place: Place, folder: Path) -> tuple[Requirement, ...]:
-    """Return the requirements of a file.
+    """Return the emission requirements of a file, at least one; those on a pointing error are passed over.
 
     Parameters
     ----------
@@ -66,18 +79,32 @@ def read_requirements(table: Mapping[str, Any], place: Place, folder: Path) -> t
     InputFileError
         There is none, a key is unknown or missing, or an entry is wrong.
     """
-    entries = tables(table, KEY, place)
+    entries = [(entry, at) for entry, at in tables(table, KEY, place) if not is_on_pointing(entry)]
     if not entries:
         raise place.error(
             "no requirement; write one [[requirement]] table for each, or name a file with --requirements"
         )
+    return _named_apart(entries, folder)
+
+
+def read_requirements_beside(table: Mapping[str, Any], place: Place, folder: Path) -> tuple[Requirement, ...]:
+    """Return the emission requirements of a file that may have others or none; parameters as `read_requirements`.
+
+    Raises
+    ------
+    InputFileError
+        A key is unknown or missing, or an entry is wrong.
+    """
+    return _named_apart([(entry, at) for entry, at in tables(table, KEY, place) if is_on_emission(entry)], folder)
+
+
+def _named_apart(entries: Sequence[tuple[Mapping[str, Any], Place]], folder: Path) -> tuple[Requirement, ...]:
     made = tuple(_requirement(entry, at, folder) for entry, at in entries)
     names = [one.name for one in made]
     for k, (_, at) in enumerate(entries):
         if names[k] in names[:k]:
-            raise at.key("name").error(
-                f'"{names[k]}" is also the name of requirement[{names.index(names[k])}]; give each its own'
-            )
+            other = entries[names.index(names[k])][1]
+            raise at.key("name").error(f'"{names[k]}" is also the name of {other.path}; give each its own')
     return made
 
 

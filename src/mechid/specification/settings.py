@@ -13,6 +13,12 @@ class SpecificationSettings:
     """Bin width of a power density where a requirement names none: the usual one of microvibration reports."""
     filter_order: int = 4
     """Order of the Butterworth prototype of the band-pass of a band peak."""
+    guard: float = 2.56
+    """Sample rate over the highest frequency that is judged: the usual margin of anti-alias filters."""
+    window_s: float = 4.0
+    """Window of a predicted spectrum where a kind has no resolution of its own: the longest of a measured one."""
+    peak_s: float = 60.0
+    """Time over which the largest value of a predicted random part is taken: the usual length of a run."""
 
 
 SPECIFICATION = SpecificationSettings()
