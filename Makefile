@@ -47,6 +47,7 @@ package-test: $(VENV)/.installed-dev ## The suite against the wheel in an enviro
 
 bench: $(VENV)/.installed-bench ## Speed side by side with peers, on this machine
 	$(BIN)/python benchmarks/bench_sweep.py
+	$(BIN)/python benchmarks/bench_sweep.py --avx2 --only mechid "C by hand"
 
 recovery: $(VENV)/.installed ## 100 random mechanisms from the catalogue, resumable (OPTIONS="--family 2 --seeds 0:40")
 	$(BIN)/python benchmarks/recovery.py $(OPTIONS)

@@ -5,7 +5,10 @@ measured torque to the 15 estimated parameters. Every peer whose import is there
 core, in turn, several times; the table shows medians of CPU time. Errors are against the C loop at
 64 steps a sample, which is itself held against SciPy's DOP853 at the run's end.
 
-    python benchmarks/bench_sweep.py [--repetitions 5] [--only "C by hand"] [--out FILE]
+    python benchmarks/bench_sweep.py [--repetitions 5] [--only "C by hand" ...] [--avx2] [--out FILE]
+
+With --avx2, mechid and the C loop are compiled for a processor without AVX-512 (x86-64-v3), which any machine with
+AVX2 can run.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ import statistics
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -36,18 +40,27 @@ WORKLOADS = {"W1": False, "W2": True}
 
 RESULTS = Path(__file__).parent / "results"
 CHECKED_SECONDS = 1.0
+AVX2 = {
+    "NUMBA_CPU_NAME": "x86-64-v3",
+    "NUMBA_CPU_FEATURES": "+avx,+avx2,+bmi,+bmi2,+cmov,+cx8,+cx16,+f16c,+fma,+fxsr,+lzcnt,+mmx,+movbe,+popcnt,+sahf,"
+    "+sse,+sse2,+sse3,+ssse3,+sse4.1,+sse4.2,+xsave",
+}
+"""Environment in which Numba compiles for a processor without AVX-512; it is read when Numba is first imported."""
 
 
 def main() -> None:
     """Run the benchmark and write its table and its file."""
     arguments = _arguments()
+    if arguments.avx2 and os.environ.get("NUMBA_CPU_NAME") != AVX2["NUMBA_CPU_NAME"]:
+        # Numba and the C peer read the target at import.
+        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | AVX2)
     core = max(os.sched_getaffinity(0))
     os.sched_setaffinity(0, {core})
     problem = problems.sweep(problems.PAPER)
     runs = prepared(problem, arguments.only)
     times, outputs = timed(runs, arguments.repetitions)
     result = {
-        "machine": machine() | {"core": core},
+        "machine": machine() | {"core": core, "target": reference_c.PROCESSOR},
         "repetitions": arguments.repetitions,
         "truth_against_dop853_Nm": check_truth(problem),
         "peers": compared(problem, runs, times, outputs),
@@ -65,12 +78,13 @@ def main() -> None:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repetitions", type=int, default=5)
-    parser.add_argument("--only", help="a part of the name of the peers to run")
+    parser.add_argument("--only", nargs="+", default=[""], help="parts of the names of the peers to run")
+    parser.add_argument("--avx2", action="store_true", help="compile for a processor without AVX-512")
     parser.add_argument("--out", type=Path, help="file to write; default: benchmarks/results/")
     return parser.parse_args()
 
 
-def prepared(problem: Problem, only: str | None) -> dict[tuple[ModuleType, str], Run]:
+def prepared(problem: Problem, only: Sequence[str]) -> dict[tuple[ModuleType, str], Run]:
     """Import and compile every peer that is there; say which are not."""
     runs = {}
     for name in PEERS:
@@ -79,7 +93,7 @@ def prepared(problem: Problem, only: str | None) -> dict[tuple[ModuleType, str],
         except ImportError as reason:
             print(f"{name} left out: {reason}", file=sys.stderr)
             continue
-        if only is None or only in peer.NAME:
+        if any(part in peer.NAME for part in only):
             for workload, jacobian in WORKLOADS.items():
                 try:
                     runs[peer, workload] = peer.prepare(problem, jacobian=jacobian)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import subprocess
 import tempfile
 from functools import cache
@@ -23,8 +24,11 @@ COLUMNS = len(problems.PARAMETERS) + 1
 BLOCK = 4096
 """Rows of the Jacobian's reusable block, as a streaming consumer would have them."""
 
+PROCESSOR = os.environ.get("NUMBA_CPU_NAME", "native")
+"""Target of the C compiler: the one that Numba compiles for."""
+
 COMPILE = (
-    *("gcc", "-O3", "-march=native", "-shared", "-fPIC"),
+    *("gcc", "-O3", f"-march={PROCESSOR}", "-shared", "-fPIC"),
     # -ffast-math but for its finite-math-only, and for its start file, which would switch gradual
     # underflow off in the whole process:
     *("-fno-math-errno", "-fno-trapping-math", "-fno-signed-zeros", "-fassociative-math"),

@@ -86,6 +86,12 @@ def test_a_wide_table_of_many_rows_is_divided_and_repeats_its_first_column():
     assert max(map(width_of, blocks)) <= WIDTH_PT
 
 
+def test_the_parts_of_a_divided_table_are_of_one_size():
+    names = [f"column_{k}" for k in range(13)]
+    blocks = table_blocks(Table([Column(name, name) for name in names], [dict.fromkeys(names, "0")] * 6), WIDTH_PT)
+    assert [len(word_files.cells(shown(block))[0]) for block in blocks] == [7, 7]
+
+
 def test_a_digest_is_broken_rather_than_the_table():
     table = Table([Column(str(k), str(k), words=True) for k in range(3)], [{"0": "a", "1": "b", "2": DIGEST}])
     (block,) = table_blocks(table, 0.5 * WIDTH_PT)

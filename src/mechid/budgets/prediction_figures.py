@@ -49,7 +49,8 @@ def draw_shares_of_limit(
     axes.axhline(1.0, color=LIMIT, linestyle="--", label="limit")
     axes.set(xlabel=RATE, ylabel=f"{direction}: worst value over its limit", yscale="log")
     in_powers(axes.yaxis)
-    legend_above(figure, axes, 3)
+    # One row: the space above the axes holds no second one.
+    legend_above(figure, axes, 6)
 
 
 def _over_limit(rows: Sequence[Mapping[str, Any]], key: str) -> Any:

@@ -22,8 +22,8 @@ PREDICTED = "prediction of the fit, {}"
 RUN = "run"
 STATES = {"off": "motor unpowered", "holding": "motor powered, at rest", "empty": "table alone"}
 METHOD = (
-    "Method: test, evaluated from the records alone. Value: of the frequency and rate that decide. Margin: limit over "
-    "value."
+    "Method: test, evaluated from the records alone; analysis, predicted by a fit where its bound decides. Value: of "
+    "the frequency and rate that decide. Margin: limit over value."
 )
 BACKGROUNDS = (
     Column("background", "name", words=True),

@@ -134,6 +134,11 @@ def _divide_grid(grid: Grid, width_pt: float) -> list[Grid]:
         if sum(least[j] for j in parts[-1]) + least[k] > width_pt and len(parts[-1]) > named:
             parts.append(list(range(named)))
         parts[-1].append(k)
+    # A last part of a single column looks like another table.
+    each = -(-(len(grid.heads) - named) // len(parts))
+    even = [[*range(named), *range(k, min(k + each, len(least)))] for k in range(named, len(least), each)]
+    if all(sum(least[k] for k in kept) <= width_pt for kept in even):
+        parts = even
     return [grid.columns(kept) for kept in parts]
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from mechid.analysis.noise_floor_test import NoiseLevel
 from mechid.campaign import Campaign
+from mechid.identification.result.fit import ESTIMATE_NAME
 from mechid.ink.data import Data
 from mechid.ink.digits import plain
 from mechid.ink.document import Document, Part, Rows, Words
@@ -35,10 +36,7 @@ NOISE = (
     Column("unit", "unit", words=True),
     Column("level rests on", "basis", words=True),
 )
-NOISE_SAID = (
-    "Noise of each record as it was known before the fit, and the basis of that level. Mains hum that was removed, and "
-    "samples that were left out, are named in the deviations."
-)
+NOISE_SAID = "Noise of each record as it was known before the fit, and the basis of that level."
 NO_HELD_OUT = "No record was held out of the fit: the prediction of new records is not tested."
 
 
@@ -63,7 +61,7 @@ def fit_report(
         VerificationReport(
             title=TITLE.format(contents["title"]),
             document=document,
-            verified=list(_verification_rows(contents)),
+            verified=list(_verification_rows(contents, evidence_words(ESTIMATE_NAME, files.get(ESTIMATE_NAME, "")))),
             meaning=MEANING,
             # Of the campaign as it is: statements on the test may be completed after the identification.
             test=campaign.test.to_dict(),
@@ -79,7 +77,7 @@ def fit_report(
     )
 
 
-def _verification_rows(contents: Data) -> Iterator[Verified]:
+def _verification_rows(contents: Data, estimate: str) -> Iterator[Verified]:
     grade = contents["grade"]
     yield Verified(
         requirement="the fit may be relied on",
@@ -87,7 +85,7 @@ def _verification_rows(contents: Data) -> Iterator[Verified]:
         value=f"grade {grade}",
         limit=f"grade {' or '.join(GRADES)}",
         verdict=MET if grade in GRADES else NOT_MET,
-        evidence="estimate.json",
+        evidence=estimate,
     )
     free = [row for row in contents["parameters"] if row["estimated"] and row["status"] != Status.TIED]
     told = [row for row in free if row["std_error"]]
@@ -97,7 +95,7 @@ def _verification_rows(contents: Data) -> Iterator[Verified]:
         value=f"{len(told)} of {len(free)}",
         limit=f"{len(free)} of {len(free)}",
         verdict=MET if len(told) == len(free) else NOT_MET,
-        evidence="estimate.json",
+        evidence=estimate,
     )
     yield from (_residual_row(contents, row) for row in contents["validation"])
     if not held_out(contents["validation"]):
