@@ -88,7 +88,7 @@ class Interface:
         """Yield that a fit knows no other point than the mounting point, where another one is declared."""
         bench = self.bench
         if bench.mounting and bench.interface_point_m not in (None, bench.mounting.point_m):
-            yield "Predictions are of the torque about mounting_point_m; interface_point_m applies to the records alone."
+            yield "Predictions are of the torque about mounting_point_m; interface_point_m applies to records alone."
 
     @property
     def is_corrected(self) -> bool:
