@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shutil
 import statistics
 import subprocess
 import sys
@@ -26,6 +27,7 @@ from mechid.campaign.bench import write_bench
 
 CHILD = Path(__file__).parent / "command" / "timed.py"
 DEMO = "demo"
+VERBS = ["identify", "check", "look", "diagnose", "compare", "budget"]
 BYTECODE = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(Path(tempfile.gettempdir()) / "mechid-bytecode")}
 """An installed mechid has its bytecode kept; the first run of each command, which is not counted, writes it."""
 
@@ -37,8 +39,8 @@ def main() -> None:
         rows = []
         for bench in arguments.benches:
             folder = _bench(bench, Path(scratch) / bench.replace("/", "_"))
-            for verb in arguments.verbs:
-                command = [verb, str(folder), *(["--out", f"{folder}_out"] if verb == "identify" else [])]
+            for verb in [verb for verb in arguments.verbs if verb != "budget" or bench == DEMO]:
+                command = _command(verb, folder)
                 runs = [timed(command, {}) for _ in range(arguments.repetitions + 1)][1:]
                 rows.append({"bench": bench, "verb": verb, "runs": runs})
                 print(told(rows[-1]), flush=True)
@@ -54,7 +56,7 @@ def main() -> None:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--benches", nargs="*", default=[DEMO, "1/100"], help="demo, or family/seed")
-    parser.add_argument("--verbs", nargs="+", default=["identify", "check"], choices=["identify", "check"])
+    parser.add_argument("--verbs", nargs="+", default=VERBS, choices=VERBS, help="in this order; the fit comes first")
     parser.add_argument("--repetitions", type=int, default=3)
     parser.add_argument("--first", type=int, default=0, metavar="N", help="so many first compilations")
     parser.add_argument("--out", type=Path, help="file to write; default: benchmarks/results/")
@@ -69,6 +71,17 @@ def _bench(name: str, folder: Path) -> Path:
         family, _, seed = name.partition("/")
         write_recovery_bench(folder, int(family), int(seed))
     return folder
+
+
+def _command(verb: str, folder: Path) -> list[str]:
+    """Return the words of a command on a bench; `identify` writes beside the records, where the others read its fit."""
+    if verb == "compare":
+        copy = folder.with_name(f"{folder.name}_copy")
+        shutil.copytree(folder, copy, dirs_exist_ok=True)
+        return [verb, str(folder), str(copy)]
+    given = {"look": "campaign.toml", "budget": "budget.toml"}.get(verb)
+    out = {"identify": folder, "check": None}.get(verb, folder / verb)
+    return [verb, str(folder / given if given else folder), *(["--out", str(out)] if out else [])]
 
 
 def timed(command: list[str], environment: Mapping[str, str]) -> dict:

@@ -16,15 +16,16 @@ from pathlib import Path
 BEGAN = time.time()
 PARTS = {
     "records": ("mechid.campaign", "load_campaign"),
-    "kernel": ("mechid.cli.kernel_notice", "prepare_kernel"),
-    "first sight": ("mechid.identification.identify", "read_as_found"),
-    "search": ("mechid.reports.into_folder", "identify"),
-    "multi-start": ("mechid.identification.stages.growth", "multistart"),
+    "kernel": ("mechid.cli.kernel_notice", "prepare_kernels"),
+    "first sight": ("mechid.identification.identify", "apply_findings"),
+    "chaos": ("mechid.identification.identify", "chaos_warnings"),
+    "search": ("mechid.identification.run", "search"),
+    "multi-start": ("mechid.identification.stages.start_growth", "multistart"),
     "errors": ("mechid.identification.identify", "conclude"),
-    "suggestions": ("mechid.reports.into_folder", "with_suggestions"),
     "validation": ("mechid.reports.into_folder", "validate"),
     "results": ("mechid.reports.into_folder", "write_results"),
     "curves": ("mechid.reports.illustration", "record_curves"),
+    "contents": ("mechid.reports.files", "report_contents"),
     "page": ("mechid.reports.files", "write_together"),
     "equations": ("mechid.reports.files", "equations_mathml"),
     "terminal": ("mechid.ink.presenter", "print_document"),
@@ -34,6 +35,15 @@ PARTS = {
 """Name of a part -> module and name of the function that does it."""
 LATE = {"mechid.reports.files"}
 """Modules that a command imports only when it comes to them."""
+EARLY = {
+    "identify": ("mechid.campaign", "mechid.cli.kernel_notice", "mechid.cli.identification"),
+    "check": ("mechid.campaign", "mechid.cli.kernel_notice", "mechid.checks.run"),
+    "look": ("mechid.looks.run",),
+    "diagnose": ("mechid.fits.load", "mechid.diagnoses.run"),
+    "budget": ("mechid.budgets.run",),
+    "compare": ("mechid.comparisons.run",),
+}
+"""Name of a command -> modules that it imports before its work."""
 
 Seconds = dict[str, float]
 spent: dict[str, Seconds] = {}
@@ -69,8 +79,7 @@ def _process_start() -> float:
 def _prepared(verb: str) -> Callable[[], None]:
     """Import what the verb imports first, and put a clock around each of its parts."""
     app = importlib.import_module("mechid.cli.app")
-    early = {"identify": ("mechid.cli.identification",), "check": ("mechid.checks.run",)}.get(verb, ())
-    for name in ("mechid.campaign", "mechid.cli.kernel_notice", *early):
+    for name in EARLY.get(verb, ()):
         importlib.import_module(name)
     for part, (module, name) in PARTS.items():
         if module in sys.modules and module not in LATE:

@@ -8,6 +8,7 @@ import pytest
 import mechid
 from diagnosis_bench import HARMONIC, made
 from mechid.identification import run
+from mechid.identification.diagnosis import diagnosis
 from mechid.identification.result.grade import FitOutcome, Grade
 from synthetic import TRUTH
 
@@ -39,7 +40,7 @@ def test_a_completion_searches_patiently_only_where_no_model_follows(outcome, sh
         return SimpleNamespace(outcome=outcome, grade="C", patient=patient)
 
     monkeypatch.setattr(run, "search", search)
-    monkeypatch.setattr(run, "diagnose", lambda *_, **__: SimpleNamespace(mechanism=object(), share=share))
+    monkeypatch.setattr(diagnosis, "diagnose", lambda *_, **__: SimpleNamespace(mechanism=object(), share=share))
     fit, found = run.search_and_diagnose(None, run.IdentifyRun(), run.Companion())
     assert searches == asked
     assert fit.patient is asked[-1]

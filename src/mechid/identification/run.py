@@ -7,15 +7,17 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 from mechid.campaign import Campaign
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, silent
-from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
-from mechid.identification.diagnosis.start import add_suggestions
 from mechid.identification.identify import identify as search
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import UNEXAMINED, FitOutcome, Grade
+
+if TYPE_CHECKING:
+    from mechid.identification.diagnosis.diagnosis import Diagnosis
 
 INCOMPLETE_OUTCOMES = (FitOutcome.HORIZON, FitOutcome.FAILED)
 """Outcomes of an impatient search that a patient one may improve."""
@@ -129,6 +131,11 @@ def run_identification(campaign: Campaign, run: IdentifyRun, companion: Companio
             with companion.progress() as listener:
                 fit = fit_completed_mechanism(whole, found, run, listener)
     companion.judge(fit)
+    if fit.grade in (Grade.A, Grade.FAILED):
+        return fit
+    # A complete fit needs no diagnosis, whose import takes a tenth of all of them.
+    from mechid.identification.diagnosis.start import add_suggestions
+
     return add_suggestions(fit, run.workers or os.cpu_count() or 1, say=companion.say)
 
 
@@ -154,6 +161,8 @@ def search_and_diagnose(
     If the best start does not follow the records, as written or with added terms, the diagnosis runs at once. A patient
     search takes longer, and runs only where the diagnosis finds no mechanism that follows them.
     """
+    from mechid.identification.diagnosis.diagnosis import diagnose
+
     search_as_written = _search(campaign, run, companion, listener)
     fit = search_as_written(patient=False)
     companion.keep(fit)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -89,6 +89,11 @@ def _functions(plant: Plant) -> tuple[Callable[..., object], ...]:
     return (
         sp.lambdify((*common, START_ANGLE), list(plant.initial), modules="math"),
         sp.lambdify(arguments, rates, modules="math"),
-        sp.lambdify(arguments, [[sp.diff(e, x) for x in plant.states] for e in rates], modules="math"),
-        sp.lambdify(arguments, [[sp.diff(e, q) for q in plant.parameters] for e in rates], modules="math"),
+        sp.lambdify(arguments, _slopes(rates, plant.states), modules="math"),
+        sp.lambdify(arguments, _slopes(rates, plant.parameters), modules="math"),
     )
+
+
+def _slopes(expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> list[list[sp.Expr]]:
+    """Return the derivatives of expressions, most of which hold few of the symbols."""
+    return [[sp.diff(e, s) if s in e.free_symbols else sp.S.Zero for s in symbols] for e in expressions]

@@ -156,7 +156,9 @@ class Mechanism:
     def kernel_jacobian(self) -> dict[str, FloatArray]:
         """Return the derivatives of the kernel's parameters with respect to each untied value, {name: (n,)}."""
         names = tuple(self.plant.declarations)
-        matrix = np.asarray(_coordinate_slopes(self.plant)(*map(self.value, names)), dtype=np.float64)
+        entries, slopes_at = _compile_map_slopes(*self.plant.file_map)
+        matrix = np.zeros((len(self.plant.parameters), len(names)))
+        matrix[entries] = slopes_at(*map(self.value, names))
         columns = {name: matrix[:, j].copy() for j, name in enumerate(names)}
         for q in self.parameters.values():
             # A tied parameter adds its derivative to that of its master.
@@ -208,11 +210,6 @@ def _coordinates(plant: Plant) -> Callable[..., list[float]]:
     return _compile_map(*plant.file_map)
 
 
-def _coordinate_slopes(plant: Plant) -> Callable[..., list[list[float]]]:
-    """Return the derivative of that map, (kernel parameters, declarations)."""
-    return _compile_map_slopes(*plant.file_map)
-
-
 @lru_cache(maxsize=64)
 def _compile_map(symbols: tuple[sp.Symbol, ...], expressions: Expressions) -> Callable[..., list[float]]:
     compiled: Callable[..., list[float]] = sp.lambdify(symbols, list(expressions), modules="math")
@@ -220,7 +217,12 @@ def _compile_map(symbols: tuple[sp.Symbol, ...], expressions: Expressions) -> Ca
 
 
 @lru_cache(maxsize=64)
-def _compile_map_slopes(symbols: tuple[sp.Symbol, ...], expressions: Expressions) -> Callable[..., list[list[float]]]:
-    rows = [[sp.diff(e, f) for f in symbols] for e in expressions]
-    compiled: Callable[..., list[list[float]]] = sp.lambdify(symbols, rows, modules="math")
-    return compiled
+def _compile_map_slopes(
+    symbols: tuple[sp.Symbol, ...], expressions: Expressions
+) -> tuple[tuple[list[int], list[int]], Callable[..., list[float]]]:
+    """Return rows and columns of the entries of the map's Jacobian that are not zero, and the function of these."""
+    # Nearly all of the hundreds of entries are zero; SymPy would differentiate and print each.
+    entries = [(i, j) for i, e in enumerate(expressions) for j, f in enumerate(symbols) if f in e.free_symbols]
+    slopes = [sp.diff(expressions[i], symbols[j]) for i, j in entries]
+    compiled: Callable[..., list[float]] = sp.lambdify(symbols, slopes, modules="math")
+    return ([i for i, _ in entries], [j for _, j in entries]), compiled

@@ -32,8 +32,11 @@ def _solve_loop(terms: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
 
 def expand_terms(expr: sp.Expr, terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Expr:
     """Return an expression with all terms substituted."""
+    held = expr.free_symbols
     for symbol, definition in reversed(terms):
-        expr = expr.subs(symbol, definition)
+        if symbol in held:
+            expr = expr.subs(symbol, definition)
+            held = expr.free_symbols
     return expr
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.command import Timing
 from mechid.signal.stored_series import WritableSeries, allocate_series
+from mechid.simulation.shared_runs import SHARED_RUNS, Blocks
 from mechid.simulation.simulator import ON_TIME, Run, Simulator, trajectory_of
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 
@@ -48,20 +49,21 @@ def accurate_outputs(
     """
     y, none = tuple(allocate_series(simulator.base.samples) for _ in simulator.plant.outputs), np.zeros((p.size, 0))
     begun = partial(simulator.run, p, timing=timing, directions=none)
-    run = begun(substeps=SUBSTEPS[0])
-    _write_outputs(y, run)
+    # The fit that is predicted has often just been simulated with as few steps.
+    coarse: Blocks = SHARED_RUNS.begin(simulator, p, timing=timing, substeps=SUBSTEPS[0])
+    _write_outputs(y, coarse)
     for substeps in SUBSTEPS:
-        coarse = run
         run = begun(substeps=2 * substeps)
         change = _overwrite_outputs(y, run)
         # Runs that ended early cannot be compared.
         difference = change if coarse.outcome is run.outcome is SimulationOutcome.COMPLETE else None
         if difference is not None and difference <= ENOUGH:
             break
+        coarse = run
     return y, run, difference
 
 
-def _write_outputs(y: Sequence[WritableSeries], run: Run) -> None:
+def _write_outputs(y: Sequence[WritableSeries], run: Blocks) -> None:
     """Write a run's outputs, n samples each."""
     for block in run.blocks():
         for one, values in zip(y, block.y.T, strict=True):

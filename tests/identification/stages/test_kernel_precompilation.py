@@ -110,10 +110,11 @@ def test_layouts_are_compiled_where_the_process_is_told_of_them(campaign, proble
     """Truth: what the process asks to have compiled, of a message as the search sends it."""
     import io
     import pickle
+    from functools import partial
     from types import SimpleNamespace
 
     families = KernelsAhead(problem, campaign)._families_without_records
-    sent = pickle.dumps((families, problem.coordinates.lanes))
+    sent = pickle.dumps(partial(layouts, families, problem.coordinates.lanes))
     asked = []
     monkeypatch.setattr(kernel_precompilation, "kernel_for", lambda plant, wanted: asked.append((plant.digest, wanted)))
     monkeypatch.setattr(kernel_precompilation, "Thread", lambda **_: SimpleNamespace(start=lambda: None))

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 
 from scipy.special import chdtrc
 
@@ -19,7 +20,7 @@ from mechid.identification.diagnosis.figure_data import FigureData, compute_figu
 from mechid.identification.diagnosis.proposal import HeldOut, Proposal, build_proposal, confirmed_hum, predict_held_out
 from mechid.identification.diagnosis.search import SearchResult, search_effects
 from mechid.identification.diagnosis.start import initial_models
-from mechid.identification.diagnosis.steps import Step
+from mechid.identification.diagnosis.steps import Step, hidden_law_layouts
 from mechid.identification.diagnosis.stretches import followed_share, search_by_growth
 from mechid.identification.diagnosis.unexplained_residual import (
     NOT_LOOKED_FOR,
@@ -33,6 +34,7 @@ from mechid.identification.refit.rebuild import grade_lines, refuse_changed_file
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Cause, Grade
 from mechid.identification.result.missing_effects import Missing
+from mechid.identification.stages.kernel_precompilation import CompilationAhead
 from mechid.plant.mechanism import Mechanism
 
 LOST = (Cause.USED_IN_PART, Cause.NOT_FOLLOWED, Cause.OUT_OF_STEP, Cause.LEFT_OUT)
@@ -138,7 +140,11 @@ def diagnose(
         def say(words: str) -> None:
             listener(Progress(1, 1, "diagnosis", words, None, 0.0))
 
-        found = _find_effects(before, start, fit.grade, say)
+        with CompilationAhead() as ahead:
+            # The landscape of all effects comes first, and takes longer to compile than the laws.
+            if layouts := hidden_law_layouts(start):
+                ahead.start(partial(iter, layouts))
+            found = _find_effects(before, start, fit.grade, say)
         say("effects are drawn")
         concluded = _conclude(found, confirmed_hum(found.model, fit), _describe_partial(fit, found.model))
         predicted = predict_held_out(found.before, found.model, fit) if concluded.mechanism else ()

@@ -188,7 +188,7 @@ def _without_all(model: CandidateModel, names: Sequence[str]) -> CandidateModel:
 
 def _equivalent_effects(model: CandidateModel, less: CandidateModel, name: str) -> Iterator[str]:
     """Yield the effects that explain the records equally well in place of one, by the score test and then by a fit."""
-    landscape = less.landscape()
+    landscape = less.landscape
     if name not in landscape.effects:
         return
     for other in landscape.equivalent_effects(name):

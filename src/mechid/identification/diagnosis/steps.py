@@ -26,6 +26,8 @@ from mechid.identification.effects.selection import (
 )
 from mechid.identification.effects.settings import IN_DIAGNOSIS as RULES
 from mechid.identification.output_error.problem import transfer_values
+from mechid.identification.stages.kernel_precompilation import Layout
+from mechid.kernel.compiled import is_compiled
 from mechid.plant.law import Law
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import extensions_at, rivals_of
@@ -166,6 +168,13 @@ def _drop_at_once(model: CandidateModel, say: Tell) -> tuple[CandidateModel, lis
 
 WORSE = "leaves more than the effects without it"
 VANISHES = "shrinks to nothing in a fit"
+
+
+def hidden_law_layouts(model: CandidateModel) -> list[Layout]:
+    """Return the plants, with their numbers of derivatives, that `add_hidden_laws` needs first and has to compile."""
+    others = (model.use_law(law, law.mechanism).problem for law in model.other_laws if law.hides)
+    needed = ((other.space.mechanism.plant, other.coordinates.lanes) for other in others)
+    return [layout for layout in needed if not is_compiled(*layout)]
 
 
 def add_hidden_laws(model: CandidateModel, tried: dict[str, str], say: Tell) -> tuple[CandidateModel, list[Step]]:

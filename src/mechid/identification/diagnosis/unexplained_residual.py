@@ -118,9 +118,9 @@ def explain_untested(before: CandidateModel, model: CandidateModel) -> dict[str,
     model : CandidateModel
         Final model of the search.
     """
-    plain = (before if math.isfinite(before.cost) else model).landscape()
+    plain = (before if math.isfinite(before.cost) else model).landscape
     weak = (
-        _insignificant_effects(model, plain if model is before else model.landscape())
+        _insignificant_effects(model, plain if model is before else model.landscape)
         if model.over_noise > RULES.followed
         else {}
     )
@@ -132,7 +132,7 @@ def explain_omissions(model: CandidateModel) -> dict[str, str]:
 
     The effect that comes nearest to its threshold is first.
     """
-    landscape = model.landscape()
+    landscape = model.landscape
     scores = sorted(landscape.scores().items(), key=lambda item: item[1].excess, reverse=True)
     whys = {
         name: f"would explain {100.0 * share_of_misfit(model, s.share * model.cost):.2g} % of the misfit, chi-square "

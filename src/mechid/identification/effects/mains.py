@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.identification.computation.parallel import in_threads
 from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, lines_of, with_disturbances
 from mechid.identification.effects.settings import PRIORS
 from mechid.identification.output_error.misfit import Window, misfit_series
@@ -130,8 +131,8 @@ def find_grid_hz(problem: Problem, q: FloatArray) -> float | None:
         nominal = min(HUM.mains_hz, key=lambda grid: sum(abs(math.remainder(hz, grid)) for hz in removed))
         return statistics.median(hz / round(hz / nominal) for hz in removed)
     series_of_records = [_hum_series(problem, target, q) for target in problem.targets]
-    for nominal in HUM.mains_hz:
-        common_grid = evident_grid(series_of_records, nominal)
+    grids = in_threads(lambda nominal: evident_grid(series_of_records, nominal), HUM.mains_hz, problem.workers)
+    for common_grid in grids:
         shown = [t for t, shows in zip(problem.targets, common_grid.shown, strict=True) if shows] if common_grid else []
         if common_grid and (len(shown) > 1 or any(map(_has_varying_rate, shown))):
             return common_grid.hz

@@ -20,8 +20,9 @@ from mechid.identification.output_error.settings import PROBLEM
 from mechid.identification.output_error.target import Target, is_clock
 from mechid.kernel.batch.source import SETS
 from mechid.signal.stored_series import WritableSeries, allocate_series
-from mechid.simulation.batch import Batch, BatchMember
+from mechid.simulation.batch import Batch
 from mechid.simulation.block import Block
+from mechid.simulation.shared_runs import SHARED_RUNS, Blocks
 from mechid.simulation.simulator import Run, Simulator
 from mechid.simulation.start import Start
 from mechid.simulation.time_scale import start_slopes
@@ -65,6 +66,18 @@ class Model:
             samples=stop,
             events=events,
             block=block,
+        )
+
+    def shared_run(self, target: Target, q: FloatArray, stop: int, *, block: int | None = None) -> Blocks:
+        """Start the simulation without derivatives of the first `stop` samples, or repeat it if it is a latest one."""
+        at = self.coordinates
+        return SHARED_RUNS.begin(
+            self._simulator(target, self._start(target, q, carried=False)),
+            at.kernel(target, q),
+            timing=at.timing(target, q),
+            substeps=self.substeps,
+            block=block,
+            samples=stop,
         )
 
     def plain_runs(self, target: Target, points: Sequence[FloatArray], stop: int) -> list[Run]:
@@ -113,7 +126,7 @@ class Model:
         """Return the model's value of each channel over the first `stop` samples, (stop,); NaN after a failure."""
         y = tuple(np.empty(min(stop, target.samples)) for _ in target.channels)
         outputs = [self.output(quantity) for quantity in target.quantities]
-        for block in self.run(target, q, stop).blocks():
+        for block in self.shared_run(target, q, stop).blocks():
             for values, j in zip(y, outputs, strict=True):
                 values[block.start : block.stop] = block.y[:, j]
         return y
@@ -142,7 +155,7 @@ class Misfit:
         Whether to compute derivatives.
     block : int or None
         Samples simulated at once; None leaves the choice to the simulator.
-    run : Run or BatchMember or None
+    run : Blocks or None
         The simulation, if it has already been started.
     """
 
@@ -155,12 +168,14 @@ class Misfit:
         *,
         jacobian: bool = False,
         block: int | None = None,
-        run: Run | BatchMember | None = None,
+        run: Blocks | None = None,
     ) -> None:
         self.coordinates, self.target, self.window = model.coordinates, target, window
         self.width = self.coordinates.size if jacobian else 0
         self.outputs = [model.output(quantity) for quantity in target.quantities]
-        self.run = run or model.run(target, q, window[1], jacobian=jacobian, block=block)
+        if run is None and jacobian:
+            run = model.run(target, q, window[1], jacobian=True, block=block)
+        self.run: Blocks = run or model.shared_run(target, q, window[1], block=block)
 
     @property
     def is_complete(self) -> bool:
@@ -182,11 +197,14 @@ def batch_misfits(model: Model, pairs: Sequence[tuple[Target, FloatArray]], wind
     """
     for first in range(0, len(pairs), SETS):
         group = pairs[first : first + SETS]
+        if len(group) == 1:
+            yield [Misfit(model, *group[0], window)]
+            continue
         initial = model.plain_runs(group[0][0], [q for _, q in group], window[1])
         alike = len(initial) >= PROBLEM.fewest_in_batch and all(
             r.outcome is SimulationOutcome.COMPLETE for r in initial
         )
-        runs: Sequence[Run | BatchMember] = Batch(initial).each(window[0]) if alike else initial
+        runs: Sequence[Blocks] = Batch(initial).each(window[0]) if alike else initial
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 

@@ -195,7 +195,8 @@ def _relative_error(coarse: Problem, fine: Problem, target: Target, q: FloatArra
     """Return the RMS difference of two runs relative to the RMS of the finer one, for the worst channel."""
     outputs = [coarse.model.output(quantity) for quantity in target.quantities]
     error, size = np.zeros(len(outputs)), np.zeros(len(outputs))
-    blocks = zip(coarse.model.run(target, q, stop).blocks(), fine.model.run(target, q, stop).blocks(), strict=True)
+    runs = (problem.model.shared_run(target, q, stop) for problem in (coarse, fine))
+    blocks = zip(*(run.blocks() for run in runs), strict=True)
     for rough, exact in blocks:
         for k, j in enumerate(outputs):
             error[k] += np.sum((rough.y[:, j] - exact.y[:, j]) ** 2)

@@ -11,9 +11,10 @@ import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
@@ -30,12 +31,75 @@ from mechid.plant.plant import Plant
 from mechid.writing import write_atomically
 
 START = "import sys; sys.path[:] = {path!r}; from {module} import compile_layouts; compile_layouts()"
+Layout = tuple[Plant, int]
+"""A plant, and the number of derivatives that its kernel has room for."""
 PIPE_BYTES = 1 << 20
 """Size of the pipe to the process: sending to it never blocks."""
 LINE = "the layouts for further effects are compiled in parallel with the search (first time, cached afterwards)"
 
 
-class KernelsAhead:
+class CompilationAhead:
+    """Context in which kernels are compiled in another process; the process ends with it."""
+
+    def __init__(self) -> None:
+        self._child: subprocess.Popen[bytes] | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.end()
+
+    def start(self, layouts: Callable[[], Iterable[Layout]]) -> bool:
+        """Start the process, unless it has been or no core is free for it, and return whether it has started.
+
+        `layouts` is sent to the process, which calls it.
+        """
+        if not self._may_start:
+            return False
+        # The child gets this process's import path, however that was set.
+        command = START.format(path=[str(place) for place in sys.path], module=__name__)
+        try:
+            message = pickle.dumps(layouts)
+            child = subprocess.Popen(
+                [sys.executable, "-P", "-c", command],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                pipesize=PIPE_BYTES,
+                # Ctrl-C must reach only the search, which ends this process.
+                start_new_session=True,
+            )
+        # Not picklable, or no processes on this system: the search then compiles by itself.
+        except Exception:
+            return False
+        self._child = child
+        assert child.stdin is not None
+        with suppress(OSError):
+            child.stdin.write(message)
+            # The pipe stays open, since its end tells the child that this process is gone.
+            child.stdin.flush()
+        return True
+
+    def end(self) -> None:
+        """End the process at any point; unfinished kernels are compiled again where they are needed."""
+        child, self._child = self._child, None
+        if child is not None:
+            child.kill()
+            with suppress(OSError):
+                child.communicate()
+
+    @property
+    def _may_start(self) -> bool:
+        """Whether a second core is free for the process."""
+        # Without file locks, two processes would compile the same kernels.
+        alone = is_on_one_core() or usable_cores() < 2 or not sys.executable or find_spec("fcntl") is None
+        return self._child is None and not alone
+
+
+class KernelsAhead(CompilationAhead):
     """Context in which the layouts of a campaign's further effects are compiled; the process ends with it.
 
     Parameters
@@ -46,16 +110,8 @@ class KernelsAhead:
     """
 
     def __init__(self, problem: Problem, campaign: Campaign) -> None:
+        super().__init__()
         self.problem, self.campaign = problem, campaign
-        self._child: subprocess.Popen[bytes] | None = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.end()
 
     def start_if_new(self) -> bool:
         """Start if this mechanism is searched for the first time, with nothing in the cache yet.
@@ -80,22 +136,11 @@ class KernelsAhead:
         """
         return self._may_start and not all(is_compiled(*one) for one in layouts(families)) and self._start()
 
-    def end(self) -> None:
-        """End the process at any point; unfinished kernels are compiled again where they are needed."""
-        child, self._child = self._child, None
-        if child is not None:
-            child.kill()
-            with suppress(OSError):
-                child.communicate()
-
     @property
     def _may_start(self) -> bool:
-        """Whether a second core is free for the process."""
-        # Without file locks, two processes would compile the same kernels.
+        """Whether effects may be added, and a second core is free for the process."""
         options = self.campaign.options
-        adds = options.terms or options.disturbances != "none"
-        alone = is_on_one_core() or usable_cores() < 2 or not sys.executable or find_spec("fcntl") is None
-        return adds and self._child is None and not alone
+        return (options.terms or options.disturbances != "none") and super()._may_start
 
     @property
     def _families_without_records(self) -> Families:
@@ -106,32 +151,10 @@ class KernelsAhead:
         return version_folder() / f"ahead_{fingerprint(plant, lanes_for(self.problem.coordinates.lanes))}.txt"
 
     def _start(self) -> bool:
-        # The child gets this process's import path, however that was set.
-        command = START.format(path=[str(place) for place in sys.path], module=__name__)
-        try:
-            message = pickle.dumps((self._families_without_records, self.problem.coordinates.lanes))
-            child = subprocess.Popen(
-                [sys.executable, "-P", "-c", command],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                pipesize=PIPE_BYTES,
-                # Ctrl-C must reach only the search, which ends this process.
-                start_new_session=True,
-            )
-        # Not picklable, or no processes on this system: the search then compiles by itself.
-        except Exception:
-            return False
-        self._child = child
-        assert child.stdin is not None
-        with suppress(OSError):
-            child.stdin.write(message)
-            # The pipe stays open, since its end tells the child that this process is gone.
-            child.stdin.flush()
-        return True
+        return self.start(partial(layouts, self._families_without_records, self.problem.coordinates.lanes))
 
 
-def layouts(families: Families, lanes: int | None = None) -> Iterator[tuple[Plant, int]]:
+def layouts(families: Families, lanes: int | None = None) -> Iterator[Layout]:
     """Yield the plants that the ladder may need, each with its number of derivatives, in order of need.
 
     Parameters
@@ -152,8 +175,8 @@ def layouts(families: Families, lanes: int | None = None) -> Iterator[tuple[Plan
 
 
 def compile_layouts() -> None:
-    """Compile the layouts described on standard input, and exit when it closes."""
-    families, lanes = pickle.load(sys.stdin.buffer)
+    """Compile the layouts that a callable on standard input returns, and exit when it closes."""
+    needed = pickle.load(sys.stdin.buffer)
 
     def watch() -> None:
         sys.stdin.buffer.read()
@@ -161,7 +184,7 @@ def compile_layouts() -> None:
         os._exit(0)
 
     Thread(target=watch, daemon=True).start()
-    for plant, wanted in layouts(families, lanes):
+    for plant, wanted in needed():
         kernel_for(plant, wanted)
 
 

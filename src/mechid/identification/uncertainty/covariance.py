@@ -9,6 +9,7 @@ residual. The same pass sums the scores of each record's parts, which `model_err
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,10 +21,12 @@ from mechid.identification.output_error.reduction import Triangle, WeightedRows
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.solve import covariance
 from mechid.identification.uncertainty.parts import PartsAccumulator, RecordParts
-from mechid.identification.uncertainty.settings import NOISE
+from mechid.identification.uncertainty.settings import ERRORS, NOISE
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.signal.series import Series, blocks, stretch_of
 from mechid.signal.stored_series import WritableSeries, pieces_of, write_at
+from mechid.simulation.simulator import Run
+from mechid.simulation.trajectory import Switching
 
 
 @dataclass(frozen=True)
@@ -36,10 +39,13 @@ class Scores:
         Variance under each residual's own colour, priors included.
     parts : tuple of RecordParts
         One entry for each record.
+    switching : mapping of str to Switching
+        Switches of each record whose run has logged them: of none if outputs of the plant jump at switches.
     """
 
     variance: FloatArray
     parts: tuple[RecordParts, ...]
+    switching: Mapping[str, Switching]
 
 
 @dataclass(frozen=True)
@@ -62,13 +68,18 @@ def uncertainty(problem: Problem, q: FloatArray, windows: Windows, triangle: Tri
 def scores(problem: Problem, q: FloatArray, windows: Windows) -> Scores:
     """Compute the scores at `q` of all records that have a window, with one streamed pass over each record."""
     _, known = problem.coordinates.prior_rows(q)
-    variance, parts = known.T @ known, []
+    variance, parts, switching = known.T @ known, [], dict[str, Switching]()
+    # A run logs either its switches or its jumps, and the weights of samples at jumps need these.
+    events = None if problem.space.mechanism.plant.jump_switches else ERRORS.most_switches
     for t in (t for t in problem.targets if t.name in windows):
         colour = _fit_colours(problem, t, q, windows[t.name])
-        own, of_record = _record_score(problem, t, q, windows[t.name], colour)
+        run = problem.model.run(t, q, windows[t.name][1], jacobian=True, events=events)
+        own, of_record = _record_score(problem, t, q, windows[t.name], colour, run)
         variance += own
         parts.append(of_record)
-    return Scores(variance, tuple(parts))
+        if events is not None:
+            switching[t.name] = run.switching
+    return Scores(variance, tuple(parts), switching)
 
 
 def covariances(triangle: Triangle, variance: FloatArray, seen: BoolArray) -> Uncertainty:
@@ -133,7 +144,12 @@ def _prefilter_in_place(channel: TargetChannel, r: WritableSeries, window: tuple
 
 
 def _record_score(
-    problem: Problem, target: Target, q: FloatArray, window: tuple[int, int], colour: tuple[Autoregression, ...]
+    problem: Problem,
+    target: Target,
+    q: FloatArray,
+    window: tuple[int, int],
+    colour: tuple[Autoregression, ...],
+    run: Run | None = None,
 ) -> tuple[FloatArray, RecordParts]:
     """Return J^T C J / sigma^4, summed over channels, with C the residual's covariance; and the score by parts.
 
@@ -141,7 +157,7 @@ def _record_score(
     a visit to one instrument step share one error of variance q^2/12; visits are independent. The pass sums products
     of all columns of [Phi r J]; offset and drift are projected out of the sums afterwards, so one pass suffices.
     """
-    rows = WeightedRows(Misfit(problem.model, target, q, window, jacobian=True))
+    rows = WeightedRows(Misfit(problem.model, target, q, window, jacobian=True, run=run))
     coloured = [_ColouredScore(*each, window) for each in zip(target.channels, colour, rows.widths, strict=True)]
     whitened = all(
         own.order == 0 and c.rounding_share <= NOISE.mostly_rounding

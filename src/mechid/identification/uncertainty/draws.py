@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from mechid.identification.search.settings import SEARCH
 from mechid.identification.uncertainty.settings import ERRORS
 from mechid.kernel.batch.source import SETS
 from mechid.simulation.block import Block
+from mechid.simulation.trajectory import Switching
 
 
 @dataclass(frozen=True)
@@ -230,7 +232,13 @@ class Grazing:
         )
 
 
-def grazing_switches(problem: Problem, q: FloatArray, windows: Windows, covariance: FloatArray) -> list[Grazing]:
+def grazing_switches(
+    problem: Problem,
+    q: FloatArray,
+    windows: Windows,
+    covariance: FloatArray,
+    switching: Mapping[str, Switching] = MappingProxyType({}),
+) -> list[Grazing]:
     """Return one entry for each record that has grazing switches.
 
     Parameters
@@ -241,20 +249,26 @@ def grazing_switches(problem: Problem, q: FloatArray, windows: Windows, covarian
     windows : mapping of record to (first, stop)
     covariance : (n, n)
         In search coordinates.
+    switching : mapping of str to Switching
+        Switches at `q` of records that were simulated already; the others are simulated.
     """
-    found = (
-        _grazing_of_record(problem, t, q, windows[t.name][1], covariance) for t in problem.targets if t.name in windows
-    )
+    used = (t for t in problem.targets if t.name in windows)
+    logs = ((t, switching.get(t.name) or _log_switches(problem, t, q, windows[t.name][1])) for t in used)
+    found = (_grazing_of_record(problem, t, q, log, covariance) for t, log in logs)
     return [g for g in found if g]
 
 
-def _grazing_of_record(
-    problem: Problem, target: Target, q: FloatArray, stop: int, covariance: FloatArray
-) -> Grazing | None:
+def _log_switches(problem: Problem, target: Target, q: FloatArray, stop: int) -> Switching:
     run = problem.model.run(target, q, stop, jacobian=True, events=ERRORS.most_switches)
     for _ in run.blocks():
         pass
-    log, moved = run.switching, problem.space.size
+    return run.switching
+
+
+def _grazing_of_record(
+    problem: Problem, target: Target, q: FloatArray, log: Switching, covariance: FloatArray
+) -> Grazing | None:
+    moved = problem.space.size
     if log.time.size < 2 or not moved:
         return None
     S = log.sensitivity[:, :moved]

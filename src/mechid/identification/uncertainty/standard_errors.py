@@ -179,7 +179,7 @@ def standard_errors(
     sigma, dof, correlation = spread.totals(considered)
     drawn = examine_draws(problem, q, windows, by_noise.robust, seed) if state.outcome.good else Draws()
     local = drawn.departures
-    grazing = grazing_switches(problem, q, windows, by_noise.robust)
+    grazing = grazing_switches(problem, q, windows, by_noise.robust, found.switching)
     return StandardErrors(
         names=names,
         sigma=sigma,
