@@ -105,7 +105,7 @@ def ended(monkeypatch, staged):
         from dataclasses import replace
 
         monkeypatch.setattr(identification, "search", lambda *_, **__: replace(fit, **changes))
-        monkeypatch.setattr(into_folder, "_report", lambda *_: [])  # tests/cli/test_report.py has it
+        monkeypatch.setattr(into_folder, "_report", lambda *_, **__: [])  # tests/cli/test_report.py has it
         monkeypatch.setattr(into_folder.Illustration, "begin", lambda *_: None)
 
     return end

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mechid.campaign.bench_entry import KEY as BENCH
-from mechid.campaign.bench_entry import read_bench, with_data
+from mechid.campaign.bench_entry import Bench, read_bench, with_data
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, Campaign, CampaignRecord
 from mechid.campaign.declared_test import KEYS as OF_TEST
 from mechid.campaign.declared_test import read_declared_test
@@ -27,7 +27,7 @@ from mechid.campaign.stretches import cut_into_stretches
 from mechid.campaign.timing_entry import REFERENCE, read_clock_reference, with_clocks
 from mechid.plant.mechanism import Mechanism
 from mechid.reading.whole import is_file
-from mechid.records import Mounting, Record
+from mechid.records import Record
 
 SYNTHETIC = "synthetic"
 """Key of the flag for simulated records."""
@@ -91,7 +91,7 @@ def build_campaign(
     options, effects = read_identify_options(table, place), read_considered(table, place)
     test = read_declared_test(table, place, sources.folder)
     records = read_records(table, place, sources.folder, need_files=sources.need_files)
-    mounting = read_bench(table, place, records)
+    bench = read_bench(table, place, records, sources.folder)
     # The mechanism is made only after the records' tables, whose errors are reported first.
     mechanism, records = assign_channels(sources.mechanism(), records, place)
     records = with_clocks(records, table, place)
@@ -102,7 +102,7 @@ def build_campaign(
     if sources.read_records:
         # Checked before the samples are read, which takes longest.
         read_stages(table, place, mechanism, records)
-    read = _with_data(records, mechanism, mounting, sources)
+    read = _with_data(records, mechanism, bench, sources)
     # The stretches need initial states of their own, so these are added again after the cut.
     cut = cut_into_stretches(read, table["record"], place, staged="stage" in table)
     places = [at for _, _, at in cut]
@@ -112,24 +112,28 @@ def build_campaign(
         mechanism_path=mechanism_path,
         mechanism=mechanism,
         records=records,
-        mounting=mounting,
+        mounting=bench.mounting,
         stages=read_stages(table, place, mechanism, records),
         options=options,
         considered=effects,
         test=test,
         clock_reference=read_clock_reference(table, place),
         synthetic=flag(table.get(SYNTHETIC, False), place.key(SYNTHETIC)),
-        warnings=(*mechanism_warnings(mechanism, mechanism_path.name), *_warnings(records, places)),
+        warnings=(
+            *mechanism_warnings(mechanism, mechanism_path.name),
+            *bench.warnings(),
+            *_warnings(records, places),
+        ),
     )
 
 
 def _with_data(
-    records: Sequence[CampaignRecord], mechanism: Mechanism, mounting: Mounting | None, sources: Sources
+    records: Sequence[CampaignRecord], mechanism: Mechanism, bench: Bench, sources: Sources
 ) -> tuple[CampaignRecord, ...]:
     wanted = [r for r in records if sources.read_records or _has_estimated_start(r)]
     found = {id(r): data for r, data in zip(wanted, sources.samples(wanted), strict=True) if data is not None}
     return tuple(
-        with_inputs(with_data(r, found[id(r)], mounting), found[id(r)], mechanism) if id(r) in found else r
+        with_inputs(with_data(r, found[id(r)], bench), found[id(r)], mechanism) if id(r) in found else r
         for r in records
     )
 

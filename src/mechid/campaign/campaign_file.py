@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -97,8 +98,14 @@ def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
     refuse_unknown_keys(table, KEYS, place)
     table = merge_tables(table, place)
     records = read_record_entries(table, place, file.parent, need_files=True)
-    mounting = read_bench(table, place, records)
-    return tuple(with_data(one, read_record(one.file, one.spec), mounting) for one in records if one.file)
+    bench = read_bench(table, place, records, file.parent)
+    read = [with_data(one, read_record(one.file, one.spec), bench) for one in records if one.file]
+    return tuple(_with_warnings(one, bench.warnings() if k == 0 else ()) for k, one in enumerate(read))
+
+
+def _with_warnings(record: CampaignRecord, warnings: Iterable[str]) -> CampaignRecord:
+    assert record.data is not None
+    return replace(record, data=replace(record.data, warnings=(*record.data.warnings, *warnings)))
 
 
 def find_campaign_file(path: Path) -> Path:

@@ -20,7 +20,7 @@ from mechid.campaign.place import (
 from mechid.command.entry import is_table, is_whole
 from mechid.errors import RecordError
 from mechid.records import COMPONENTS, ChannelSpec, Role
-from mechid.units import SI_UNIT, to_si_factor
+from mechid.units import SI_UNIT, measures, to_si_factor
 
 KEYS = ("quantity", "column", "unit", "gain", "role", "between")
 MATCH_KEYS = ("use", "offset", "drift", "quantisation", "noise_sigma")
@@ -39,8 +39,16 @@ EXAMPLE = '{ quantity = "torque", column = "Mz" }'
 MOST_COLUMNS = 2**31 - 1
 
 
-def read_channels(entry: Any, place: Place) -> tuple[ChannelSpec, ...]:
+def read_channels(entry: Any, place: Place, *, in_volts: bool = False) -> tuple[ChannelSpec, ...]:
     """Read the channels of a record; empty if there is no such entry.
+
+    Parameters
+    ----------
+    entry : object
+        Value of ``channels``.
+    place : Place
+    in_volts : bool
+        Whether torque, forces and moments are voltages, of which the calibration of ``[bench]`` makes loads.
 
     Raises
     ------
@@ -51,7 +59,7 @@ def read_channels(entry: Any, place: Place) -> tuple[ChannelSpec, ...]:
         return ()
     if not is_table_list(entry) or not entry:
         raise place.error(f"{describe_entry(entry)}; write a list of tables, as [{EXAMPLE}]")
-    channels = tuple(_channel(table, place.item(index)) for index, table in enumerate(entry))
+    channels = tuple(_channel(table, place.item(index), in_volts=in_volts) for index, table in enumerate(entry))
     if all(channel.role is not Role.OUTPUT for channel in channels):
         others = "components beside the torque" if any(c.role is Role.SIDE for c in channels) else "inputs"
         raise place.error(f"only {others}; add a channel that the model has to match, as {EXAMPLE}")
@@ -125,7 +133,7 @@ def _size(table: Mapping[str, Any], key: str, place: Place) -> float | None:
     return size
 
 
-def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
+def _channel(table: Mapping[str, Any], place: Place, *, in_volts: bool) -> ChannelSpec:
     refuse_unknown_keys(table, (*KEYS, *MATCH_KEYS), place)
     quantity = required_entry(table, "quantity", place, 'write what it is, as quantity = "torque"')
     quantity = one_of(quantity, QUANTITIES, place.key("quantity"))
@@ -136,13 +144,15 @@ def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
             raise place.key(key).error(f"applies to outputs only, and this is {kind}; leave it out")
     if "between" in table and role is not Role.INPUT:
         raise place.key("between").error('applies to inputs only; add role = "input" to this channel')
+    in_volts = in_volts and quantity in (*COMPONENTS, TORQUE)
     return ChannelSpec(
         quantity=quantity,
         column=_column(required_entry(table, "column", place, f"write {EXAMPLE}"), place.key("column")),
-        unit=_unit(table, quantity, place.key("unit")),
+        unit=_volts(table, quantity, place.key("unit")) if in_volts else _unit(table, quantity, place.key("unit")),
         gain=_gain(table["gain"], place.key("gain")) if "gain" in table else None,
         role=role,
         held=one_of(table.get("between", "linear"), BETWEEN, place.key("between")) == "held",
+        in_volts=in_volts,
     )
 
 
@@ -172,6 +182,17 @@ def _unit(table: Mapping[str, Any], quantity: str, place: Place) -> str | None:
         to_si_factor(unit, quantity)
     except RecordError as error:
         raise place.error(str(error)) from error
+    return unit
+
+
+def _volts(table: Mapping[str, Any], quantity: str, place: Place) -> str:
+    """Return the unit of a channel in volts, which has to be stated: numbers of loads look no different."""
+    remedy = f'the calibration of [bench] is of voltages, so write the unit of {quantity} as unit = "V"'
+    if "unit" not in table:
+        raise place.error(f"missing; {remedy}")
+    unit = text(table["unit"], place, remedy)
+    if not measures(unit, "voltage"):
+        raise place.error(f'found "{unit}"; {remedy}, or input_unit = ["N", "N*m"] in the calibration')
     return unit
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
+from mechid.campaign.calibration_entry import reads_volts
 from mechid.campaign.campaign import INSTANTS, TIME_OFFSET, USES, CampaignRecord, record_parameter_name
 from mechid.campaign.channel_entry import TORQUE, read_channels, read_matches, read_time
 from mechid.campaign.conditioning_entry import read_conditioning
@@ -75,16 +76,17 @@ def read_records(
     entries = tables(table, "record", place)
     if not entries:
         raise place.error("no record; write one [[record]] table for each measured file")
-    records = tuple(_record(entry, at, folder, need_file=need_files) for entry, at in entries)
+    in_volts = reads_volts(table)
+    records = tuple(_record(entry, at, folder, need_file=need_files, in_volts=in_volts) for entry, at in entries)
     _refuse_same_names(records, [at for _, at in entries])
     return records
 
 
-def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: bool) -> CampaignRecord:
+def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: bool, in_volts: bool) -> CampaignRecord:
     _refuse_unknown(table, place)
     name = _name(required_entry(table, "name", place, 'write a name, as name = "full_46"'), place.key("name"))
     file = _file(table, place, needed=need_file)
-    spec = _spec(table, name, file or "", place)
+    spec = _spec(table, name, (file or "", in_volts), place)
     if file is None and any(channel.role is Role.INPUT for channel in spec.channels):
         raise place.key("file").error('missing; channels of role = "input" drive the record, name the file they are in')
     use = one_of(table.get("use", "estimate"), USES, place.key("use"))
@@ -147,8 +149,10 @@ def _file(table: Mapping[str, Any], place: Place, *, needed: bool) -> str | None
     return None
 
 
-def _spec(table: Mapping[str, Any], name: str, file: str, place: Place) -> RecordSpec:
-    channels = read_channels(table.get("channels"), place.key("channels"))
+def _spec(table: Mapping[str, Any], name: str, source: tuple[str, bool], place: Place) -> RecordSpec:
+    """Return the declaration of a record; `source` is its file, and whether its loads are in volts."""
+    file, in_volts = source
+    channels = read_channels(table.get("channels"), place.key("channels"), in_volts=in_volts)
     quantities = [channel.quantity for channel in channels] or [TORQUE]
     return RecordSpec(
         name=name,

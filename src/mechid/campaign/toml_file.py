@@ -47,7 +47,8 @@ def read_toml(path: Path, kind: str = "") -> dict[str, Any]:
     # TOML allows NUL through an escape, but file names do not.
     if any("\0" in each for each in _texts(table)):
         raise InputFileError(f"{path.name}: a text holds the character NUL, which no name can have; leave it out")
-    if kind and not KINDS[kind] & table.keys():
+    # A shared key proves no kind: a campaign with requirements is no budget either.
+    if kind and not (KINDS[kind] - SHARED) & table.keys():
         other = next((name for name, keys in KINDS.items() if (keys - SHARED) & table.keys()), "")
         if other:
             raise InputFileError(f"{path.name}: is a {other} file; give a {kind} file")

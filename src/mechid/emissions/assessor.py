@@ -19,7 +19,8 @@ from mechid.emissions.emission_line import EmissionLine
 from mechid.emissions.lines import find_lines, mains_of, orders_of
 from mechid.emissions.measured import Stretch, background_amplitude, measure
 from mechid.emissions.settings import EMISSION
-from mechid.emissions.spectra import Spectra, channel_spectra, usable_band, window_length
+from mechid.emissions.spectra import Spectra, channel_spectra, window_length
+from mechid.emissions.trust import BenchUse, bench_use
 from mechid.errors import RecordError
 from mechid.exports.handover import Trial
 from mechid.records import Record
@@ -30,6 +31,7 @@ from mechid.specification.verdict import combine, judge
 
 # `window_length` returns no window below 16 samples.
 LEAST_SAMPLES = 16 * EMISSION.least_windows
+NO_BAND = (float("nan"), float("nan"))
 LINE_ALPHA = 0.025
 """Chance that the background's line at a listed line is larger than stated."""
 
@@ -48,7 +50,7 @@ class Assessor:
         self._lines: list[EmissionLine] = []
         self._spectra: list[EmissionSpectrum] = []
         self._backgrounds: dict[str, EmissionSpectrum] = {}
-        self._bands: list[tuple[float, float]] = []
+        self._bands: dict[str, list[tuple[float, float]]] = {}
         self._sources: list[SourceFile] = []
         self._mains: dict[str, set[float]] = {}
         self.trials: list[Trial] = []
@@ -75,21 +77,23 @@ class Assessor:
         if np.isfinite(parts[0][1]):
             base = TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
             self.trials.append(Trial(record.name, record.command, base))
-        for channel in data.channels:
-            direction = direction_of(channel.quantity, self._declared.mounting)
-            if direction is not None:
-                y = channel.data[:]
-                for part, rate in parts:
-                    self._judge(record.name, data, y[part], (direction, rate, len(parts)))
+        named = {direction_of(one.quantity, self._declared.mounting): one.data[:] for one in data.channels}
+        samples = {direction: y for direction, y in named.items() if direction is not None}
+        for part, rate in parts:
+            stretches = {d: self._stretch(record.name, data, y[part], (d, rate)) for d, y in samples.items()}
+            densities = {d: one.spectra.density for d, one in stretches.items()}
+            for direction, stretch in stretches.items():
+                # A load's error is made of all loads, through cross-talk and the moves of moments.
+                error = self._declared.interface.error_density(direction, stretch.spectra.frequency_hz, densities)
+                self._judge(record.name, data, replace(stretch, bench_error=error), (direction, len(parts)))
         source = _source(data, "run", tuple(rate for _, rate in parts))
         command = command_words(record.command)
         self._sources.append(replace(source, command=command, channels=record.spec.channels))
 
-    def _judge(self, name: str, data: Record, y: FloatArray, at: tuple[str, float, int]) -> None:
-        direction, rate, parts = at
-        length = window_length(y.size, data.sample_rate_hz)
-        stretch = self._stretch(name, data, y, (direction, rate, length))
-        self._bands.append(usable_band(stretch.spectra.bin_hz, data.sample_rate_hz))
+    def _judge(self, name: str, data: Record, stretch: Stretch, at: tuple[str, int]) -> None:
+        direction, parts = at
+        rate, length = stretch.rate, window_length(stretch.y.size, data.sample_rate_hz)
+        self._bands.setdefault(direction, []).append(stretch.spectra.usable_hz)
         self._keep(name, direction, stretch)
         for requirement in self._declared.requirements:
             if self._declared.own_direction(requirement) == direction and requirement.holds_at(rate):
@@ -98,9 +102,10 @@ class Assessor:
                 judged = judge(measured, requirement, name, rate)
                 self._at_rates[requirement.name].append(AtRate(record=name, rate=rate, judged=judged))
 
-    def _stretch(self, name: str, data: Record, y: FloatArray, at: tuple[str, float, int]) -> Stretch:
-        direction, rate, length = at
-        spectra = channel_spectra(y, data.sample_rate_hz, length)
+    def _stretch(self, name: str, data: Record, y: FloatArray, at: tuple[str, float]) -> Stretch:
+        direction, rate = at
+        length = window_length(y.size, data.sample_rate_hz)
+        spectra = channel_spectra(y, data.sample_rate_hz, length, self._declared.interface.band_hz(direction))
         lines = find_lines(spectra)
         background = self._chosen.get(direction)
         if background is None:
@@ -127,7 +132,7 @@ class Assessor:
         direction = self._declared.own_direction(requirement)
         background = self._chosen.get(direction)
         return (
-            channel_spectra(stretch.y, data.sample_rate_hz, own),
+            channel_spectra(stretch.y, data.sample_rate_hz, own, stretch.spectra.bench_hz),
             background.spectra(direction, own) if background else None,
         )
 
@@ -136,11 +141,14 @@ class Assessor:
         unit = unit_of(direction, AMPLITUDE)
         mains = mains_of(lines.frequency_hz, spectra)
         self._mains.setdefault(direction, set()).update(mains[~np.isnan(mains)].tolist())
+        sigma = lines.sigma
+        if stretch.bench_error is not None:
+            sigma = np.hypot(sigma, np.sqrt(stretch.bench_error[lines.bins] * spectra.peak_scale))
         columns = (
             lines.frequency_hz,
             orders_of(lines.frequency_hz, stretch.rate, spectra.bin_hz),
             lines.amplitude,
-            lines.sigma,
+            sigma,
             background_amplitude(stretch, LINE_ALPHA),
             mains,
         )
@@ -167,61 +175,85 @@ class Assessor:
 
     def result(self) -> Emission:
         """Return the verdicts over all records that were added."""
-        # Usable is the band that every record covers.
-        low = max((band[0] for band in self._bands), default=np.nan)
-        high = min((band[1] for band in self._bands), default=np.nan)
+        bands = {direction: _common_band(own) for direction, own in self._bands.items()}
         assessments = tuple(
             Assessment(
                 requirement=one,
                 judged=combine([at.judged for at in self._at_rates[one.name]]),
                 at_rates=tuple(self._at_rates[one.name]),
-                judged_hz=judged_parts(one, (low, high))[0],
+                judged_hz=judged_parts(one, bands.get(self._declared.own_direction(one), NO_BAND))[0],
             )
             for one in self._declared.requirements
         )
+        rates = [one.sample_rate_hz for one in self._sources]
+        bench = bench_use(self._declared.interface, self._chosen, min(rates, default=np.nan))
         backgrounds = tuple(_source(one.record, one.state, ()) for one in self._declared.backgrounds)
         return Emission(
             assessments=assessments,
             lines=tuple(self._lines),
             spectra=tuple(self._spectra),
             backgrounds=tuple(self._backgrounds.values()),
-            usable_hz=(low, high),
-            notes=tuple(self._notes(assessments, (low, high))),
+            usable_hz=_common_band(list(bands.values())),
+            bands_hz=bands,
+            bench=bench,
+            notes=(*bench.notes(), *self._notes(assessments, bands), *_beyond_trust(assessments, bench)),
             sources=(*self._sources, *backgrounds),
             synthetic=self._declared.synthetic,
             test=self._declared.test,
             inputs=self._declared.inputs,
         )
 
-    def _notes(self, assessments: tuple[Assessment, ...], band: tuple[float, float]) -> Iterator[str]:
+    def _notes(self, assessments: tuple[Assessment, ...], bands: dict[str, tuple[float, float]]) -> Iterator[str]:
         for one in assessments:
+            band = bands.get(self._declared.own_direction(one.requirement), NO_BAND)
             first, last = one.requirement.mask.range_hz
             if not one.at_rates:
                 yield f"{one.requirement.name}: no record has a step rate in its rates; it is not judged."
             elif one.judged_hz is None:
                 yield (
-                    f"{one.requirement.name}: its mask, {first:.4g} to {last:.4g} Hz, is outside the band of the "
-                    f"records, {band[0]:.4g} to {band[1]:.4g} Hz; it is not judged."
+                    f"{one.requirement.name}: its mask, {first:.4g} to {last:.4g} Hz, is outside the band of "
+                    f"records and bench, {band[0]:.4g} to {band[1]:.4g} Hz; it is not judged."
                 )
             elif left := judged_parts(one.requirement, band)[1]:
                 parts = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in left)
                 yield (
-                    f"{one.requirement.name}: not judged is its mask at {parts} Hz, outside the band of the records, "
-                    f"{band[0]:.4g} to {band[1]:.4g} Hz."
+                    f"{one.requirement.name}: not judged is its mask at {parts} Hz, outside the band of records and "
+                    f"bench, {band[0]:.4g} to {band[1]:.4g} Hz."
                 )
         for chosen in dict.fromkeys(self._chosen.values()):
             yield _background_note(", ".join(d for d, one in self._chosen.items() if one is chosen), chosen)
-        for direction, found in self._mains.items():
-            if found:
-                yield self._mains_note(direction, sorted(found))
+        yield from self._mains_notes()
 
-    def _mains_note(self, direction: str, multiples: list[float]) -> str:
-        own = [one for one in self._declared.requirements if self._declared.own_direction(one) == direction]
-        excluded = [one.name for one in own if one.exclude_mains]
-        what = f"left out of {', '.join(excluded)} as declared, but where they are orders of the step rate"
-        counted = "counted as emission; exclude_mains = true in a requirement leaves them out"
-        where = ", ".join(f"{f:.4g}" for f in multiples)
-        return f"{direction}: lines of the mains at {where} Hz; {what if excluded else counted}."
+    def _mains_notes(self) -> Iterator[str]:
+        """Yield what became of lines of the mains, once for all directions in which it was the same."""
+        same: dict[tuple[str, str], list[str]] = {}
+        for direction, found in self._mains.items():
+            own = [one for one in self._declared.requirements if self._declared.own_direction(one) == direction]
+            excluded = [one.name for one in own if one.exclude_mains]
+            what = f"left out of {', '.join(excluded)} as declared, but where they are orders of the step rate"
+            counted = "counted as emission; exclude_mains = true in a requirement leaves them out"
+            if found:
+                where = ", ".join(f"{f:.4g}" for f in sorted(found))
+                same.setdefault((where, what if excluded else counted), []).append(direction)
+        for (where, what), directions in same.items():
+            yield f"{', '.join(directions)}: lines of the mains at {where} Hz; {what}."
+
+
+def _common_band(bands: list[tuple[float, float]]) -> tuple[float, float]:
+    """Return the band that all of them have."""
+    return max((band[0] for band in bands), default=np.nan), min((band[1] for band in bands), default=np.nan)
+
+
+def _beyond_trust(assessments: tuple[Assessment, ...], bench: BenchUse) -> Iterator[str]:
+    """Yield the requirements that are decided at a frequency up to which the table is not trusted."""
+    beyond = [
+        f"{one.requirement.name} ({one.judged.worst.frequency_hz:.4g} Hz)"
+        for one in assessments
+        if one.judged.worst is not None and one.judged.worst.frequency_hz > bench.trusted_hz
+    ]
+    # A correction has a band for each direction, and nothing is judged beyond it.
+    if beyond and not bench.response:
+        yield f"Decided above {bench.trusted_hz:.3g} Hz, where the table is not trusted: {', '.join(beyond)}."
 
 
 def _background_note(direction: str, chosen: Background | None) -> str:

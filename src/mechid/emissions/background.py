@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.campaign.calibration_entry import reads_volts
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.channel_entry import read_channels, read_time
 from mechid.campaign.place import Place, one_of, positive_number, refuse_unknown_keys, required_entry, tables, text
 from mechid.campaign.record_entry import NAME
+from mechid.emissions.interface import Interface
 from mechid.emissions.lines import Lines, find_lines, mains_of
 from mechid.emissions.settings import EMISSION
 from mechid.emissions.spectra import Spectra, channel_spectra
 from mechid.errors import RecordError
-from mechid.records import Mounting, Record, RecordSpec, move_to_mounting_point, read_record
+from mechid.records import Mounting, Record, RecordSpec, read_record
 from mechid.signal.settings import HUM
 from mechid.specification.requirement import direction_of
 
@@ -136,7 +138,7 @@ def read_backgrounds(
     place: Place,
     folder: Path,
     records: Sequence[CampaignRecord],
-    mounting: Mounting | None,
+    interface: Interface,
 ) -> tuple[Background, ...]:
     """Return the background records of a campaign file, read.
 
@@ -150,7 +152,8 @@ def read_backgrounds(
         Against which relative paths are taken.
     records : sequence of CampaignRecord
         A background that names no channels, sample rate or time has those of the first record.
-    mounting : Mounting or None
+    interface : Interface
+        Its loads are made of the channels as those of the runs are.
 
     Raises
     ------
@@ -160,18 +163,19 @@ def read_backgrounds(
         A file is missing or cannot be used.
     """
     made: list[Background] = []
+    in_volts = reads_volts(table)
     for entry, at in tables(table, KEY, place):
-        spec, state = _spec(entry, at, records)
+        spec, state = _spec(entry, at, records, in_volts=in_volts)
         if spec.name in {one.name for one in made}:
             raise at.key("name").error(f'"{spec.name}" stands here twice; give each background its own name')
-        record = read_record(folder / spec.path, spec)
-        if mounting is not None:
-            record = move_to_mounting_point(record, mounting)
-        made.append(Background(name=spec.name, state=state, record=record, mounting=mounting))
+        record = interface.load(read_record(folder / spec.path, spec))
+        made.append(Background(name=spec.name, state=state, record=record, mounting=interface.mounting))
     return tuple(made)
 
 
-def _spec(entry: Mapping[str, Any], place: Place, records: Sequence[CampaignRecord]) -> tuple[RecordSpec, str]:
+def _spec(
+    entry: Mapping[str, Any], place: Place, records: Sequence[CampaignRecord], *, in_volts: bool
+) -> tuple[RecordSpec, str]:
     refuse_unknown_keys(entry, KEYS, place)
     remedy = 'write letters, digits, _ and - only, as name = "motor_off"'
     name = text(required_entry(entry, "name", place, remedy), place.key("name"), remedy)
@@ -190,7 +194,7 @@ def _spec(entry: Mapping[str, Any], place: Place, records: Sequence[CampaignReco
         name=name,
         path=file,
         sample_rate_hz=rate,
-        channels=read_channels(entry.get("channels"), place.key("channels")) or first.channels,
+        channels=read_channels(entry.get("channels"), place.key("channels"), in_volts=in_volts) or first.channels,
         time=read_time(entry.get("time"), place.key("time")) or first.time,
     )
     return spec, one_of(state, STATES, place.key("state"))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from mechid.budgets.budget_file import KEYS as BUDGET_KEYS
-from mechid.campaign.bench_entry import read_bench, with_data
+from mechid.campaign.bench_entry import read_bench
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.campaign_builder import KEYS
 from mechid.campaign.campaign_file import find_campaign_file, is_synthetic
@@ -18,6 +18,7 @@ from mechid.campaign.record_entry import read_records
 from mechid.campaign.record_tables import merge_tables
 from mechid.campaign.toml_file import read_toml
 from mechid.emissions.background import Background, read_backgrounds
+from mechid.emissions.interface import Interface
 from mechid.errors import InputFileError, did_you_mean
 from mechid.records import Mounting, prepare_to_read, read_record
 from mechid.records.formats import digest_of
@@ -36,7 +37,8 @@ class Declared:
         Campaign file.
     records : tuple of CampaignRecord
         Not read yet.
-    mounting : Mounting or None
+    interface : Interface
+        What makes loads of the records' channels.
     backgrounds : tuple of Background
     requirements : tuple of Requirement
     synthetic : bool
@@ -48,7 +50,7 @@ class Declared:
 
     path: Path
     records: tuple[CampaignRecord, ...]
-    mounting: Mounting | None
+    interface: Interface
     backgrounds: tuple[Background, ...]
     requirements: tuple[Requirement, ...]
     synthetic: bool
@@ -60,7 +62,12 @@ class Declared:
         prepare_to_read(record.file for record in self.records if record.file)
         for record in self.records:
             if record.file:
-                yield with_data(record, read_record(record.file, record.spec), self.mounting)
+                yield replace(record, data=self.interface.load(read_record(record.file, record.spec)))
+
+    @property
+    def mounting(self) -> Mounting | None:
+        """Drive axis, and the point that moments are about."""
+        return self.interface.mounting
 
     def own_direction(self, requirement: Requirement) -> str:
         """Return the direction under which the records have a requirement's channel."""
@@ -89,23 +96,28 @@ def load_declared(path: Path, requirements: Path | None) -> Declared:
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
     records = read_records(merge_tables(table, place), place, file.parent, need_files=True)
-    mounting = read_bench(table, place, records)
+    interface = Interface(read_bench(table, place, records, file.parent))
     asked, own, at = file, table, place
     if requirements is not None:
         asked, own, at = requirements, read_toml(requirements), Place(requirements.name)
         # The file may be a budget's, which holds the whole specification.
         refuse_unknown_keys(own, BUDGET_KEYS, at)
     wanted = read_requirements(own, at, asked.parent)
-    _refuse_unmeasured(wanted, records, mounting, at)
+    _refuse_unmeasured(wanted, records, interface, at)
     return Declared(
         path=file,
         records=records,
-        mounting=mounting,
-        backgrounds=read_backgrounds(table, place, file.parent, records, mounting),
+        interface=interface,
+        backgrounds=read_backgrounds(table, place, file.parent, records, interface),
         requirements=wanted,
         synthetic=is_synthetic(table, file),
         test=read_declared_test(table, place, file.parent),
-        inputs={file.name: digest_of(file), asked.name: digest_of(asked), **_mask_digests(own, asked.parent)},
+        inputs={
+            file.name: digest_of(file),
+            asked.name: digest_of(asked),
+            **_mask_digests(own, asked.parent),
+            **{path.name: digest_of(path) for path in interface.bench.files},
+        },
     )
 
 
@@ -115,8 +127,9 @@ def _mask_digests(table: Mapping[str, Any], folder: Path) -> dict[str, str]:
 
 
 def _refuse_unmeasured(
-    wanted: tuple[Requirement, ...], records: tuple[CampaignRecord, ...], mounting: Mounting | None, place: Place
+    wanted: tuple[Requirement, ...], records: tuple[CampaignRecord, ...], interface: Interface, place: Place
 ) -> None:
+    mounting = interface.mounting
     measured = {direction_of(quantity, mounting) for record in records for quantity in _quantities(record)}
     for k, one in enumerate(wanted):
         if direction_of(QUANTITY_OF[one.direction], mounting) not in measured:
@@ -125,6 +138,12 @@ def _refuse_unmeasured(
             raise InputFileError(
                 f'{place.key(REQUIREMENT).item(k).key("direction")}: no record measures "{one.direction}"{near}, '
                 "or add the channel to the records"
+            )
+        own = direction_of(QUANTITY_OF[one.direction], mounting) or one.direction
+        if not interface.band_hz(own)[1] > 0.0:
+            raise InputFileError(
+                f"{place.key(REQUIREMENT).item(k).key('direction')}: table_response has no response of {own}, or of a "
+                "force that its moment takes; measure it, or leave the requirement out"
             )
 
 

@@ -40,7 +40,8 @@ from mechid.ink.document import (
 )
 from mechid.ink.presenter import Presenter
 from mechid.ink.table import Table
-from mechid.ink.text_table import MARKDOWN, PAGE, Column
+from mechid.ink.text_table import MARKDOWN, PAGE, Column, OnPage, Row
+from mechid.records.components import AXES
 from mechid.specification.numbers import VERDICT_MEANING
 from mechid.specification.requirement import AMPLITUDE, PSD
 from mechid.specification.verdict import RANK
@@ -55,17 +56,25 @@ PREDICTION = (
     "The bounds hold the errors of the fit's parameters and the torque that the model lacks, as the residuals of the "
     "records show it. Where the rotor may move in several ways at a rate, the worst one counts."
 )
+
+
+def _verdict_style(row: Row) -> str:
+    """Return the style of the cell of a verdict."""
+    style = {"pass": "met", "fail": "failed"}.get(str(row["verdict"]), "open")
+    return f"word {style}"
+
+
 VERDICTS = (
     Column("requirement", "name", words=True),
     Column("direction", "direction", words=True),
     Column("rate, steps/s", "rate"),
     Column("frequency, Hz", "frequency"),
     Column("value", "value"),
-    Column("bounds", "bounds"),
+    Column("bounds", "bounds", on_page=OnPage(wide=True)),
     Column("limit", "limit"),
     Column("unit", "unit", words=True),
     Column("margin, dB", "margin"),
-    Column("verdict", "verdict", words=True, strong=True),
+    Column("verdict", "verdict", words=True, strong=True, on_page=OnPage(style=_verdict_style, wide=True)),
 )
 WITH_FIT = (
     *VERDICTS[:-1],
@@ -78,11 +87,11 @@ AT_RATES = (
     Column("rate, steps/s", "rate"),
     Column("frequency, Hz", "frequency"),
     Column("value", "value"),
-    Column("bounds", "bounds"),
+    Column("bounds", "bounds", on_page=OnPage(wide=True)),
     Column("limit", "limit"),
     Column("background", "background"),
     Column("margin, dB", "margin"),
-    Column("verdict", "verdict", words=True),
+    Column("verdict", "verdict", words=True, on_page=OnPage(style=_verdict_style, wide=True)),
 )
 PREDICTED = (
     Column("stepping", "stepping", words=True),
@@ -98,6 +107,17 @@ LINES = (
     Column("± σ", "sigma"),
     Column("mains, Hz", "mains_text"),
 )
+
+
+STYLE = """
+td.met { color: var(--good); font-weight: 600; } td.failed { color: var(--bad); font-weight: 600; }
+td.open { color: var(--caution); font-weight: 600; }
+"""
+NAMES = {
+    **{f"f{axis}": f"force along {axis}" for axis in AXES},
+    **{f"m{axis}": f"moment about {axis}" for axis in AXES},
+    "torque": "about the drive axis",
+}
 
 
 def emission_document(data: Mapping[str, Any]) -> Document:
@@ -160,15 +180,15 @@ def _overview(data: Data) -> Iterator[Part]:
     low, high = data["usable_band_Hz"]
     if low is not None and high is not None:
         yield Words(
-            f"Judged from {plain(low, 4)} to {plain(high, 4)} Hz: three bins of the windows, and the sample rate over "
-            "2.56. Resonances of the bench below that are not corrected.",
+            f"Judged in all directions from {plain(low, 4)} to {plain(high, 4)} Hz: from three bins of the windows "
+            "to the sample rate over 2.56, or as far as the bench supports a direction.",
             "soft",
         )
     yield Lines(data["notes"], "note", "Notes", "yellow")
 
 
 def _direction(data: Data, of: Data) -> Section:
-    direction, unit = of["name"], of["unit"].replace("*", " ")
+    direction, unit = of["name"], of["text"]["unit"]
     own = [line for line in data["lines"] if line["direction"] == direction]
     largest = sorted(own, key=lambda line: -line["amplitude"])[:MOST_LINES]
     rows = [{**line, **_line_texts(line)} for line in largest]
@@ -178,7 +198,8 @@ def _direction(data: Data, of: Data) -> Section:
     if len(of["rates"]) > 1:
         parts.append(Picture(waterfall_name(direction), f"Waterfall of {direction} over the step rate"))
     parts.append(Rows(Table(LINES, rows), f"Largest of {len(own)} lines, {unit}"))
-    return Section(direction, tuple(parts), f"direction-{direction}", direction, where=IN_DOCUMENTS)
+    title = f"{direction}, {NAMES[direction]}"
+    return Section(title, tuple(parts), f"direction-{direction}", direction, where=IN_DOCUMENTS)
 
 
 def _draws_density(data: Data, direction: str) -> bool:
@@ -197,12 +218,9 @@ def _line_texts(line: Data) -> dict[str, str]:
 
 
 def _requirement(number: int, one: Data) -> Section:
-    parts: list[Part] = [
-        Words(
-            f"{one['definition']}. Unit: {one['unit'].replace('*', ' ')}. Confidence {100.0 * one['confidence']:g} %.",
-            "soft",
-        )
-    ]
+    definition, unit = one["definition"], one["text"]["unit"]
+    words = f"{definition[:1].upper()}{definition[1:]}. Unit: {unit}. Confidence {100.0 * one['confidence']:g} %."
+    parts: list[Part] = [Words(words, "soft")]
     if predicts(one["predicted"]):
         parts.append(Picture(over_rate_name(number), f"{one['name']} over the step rate, measured and predicted"))
     elif len(rates_of(one["at_rates"])) > 1:
@@ -234,7 +252,7 @@ def _records(data: Data) -> Iterator[Part]:
         Column("file", "file_name", words=True),
         Column("lasts, s", "duration"),
         Column("rate, Hz", "sampled"),
-        Column("SHA-256", "sha256", words=True),
+        Column("SHA-256", "sha256", words=True, on_page=OnPage(style="word digest", wide=True)),
     )
     rows = [
         {
@@ -254,6 +272,7 @@ def _write_workbook(_found: Emission, data: Mapping[str, Any], folder: Path) -> 
 
 PRESENTER = Presenter(
     name="emission",
+    style=STYLE,
     numbers=emission_numbers,
     document=emission_document,
     line=lambda found: ", ".join(f"{one.requirement.name}: {one.verdict}" for one in found.assessments),

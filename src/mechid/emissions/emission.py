@@ -13,6 +13,7 @@ from mechid.campaign.declared_test import DeclaredTest
 from mechid.display import DisplayedResult
 from mechid.emissions.emission_line import EmissionLine
 from mechid.emissions.predicted import PredictedEmission, decide
+from mechid.emissions.trust import BenchUse
 from mechid.records import ChannelSpec
 from mechid.specification.requirement import Requirement
 from mechid.specification.verdict import Judged, Verdict
@@ -112,6 +113,10 @@ class Emission(DisplayedResult):
         Of the records; of the backgrounds that were subtracted.
     usable_hz : (float, float)
         Frequencies in Hz that all records could be judged at.
+    bands_hz : mapping of str to (float, float)
+        Frequencies in Hz that each direction could be judged at in all records.
+    bench : BenchUse
+        What was made of the channels of the bench, and up to which frequency they can be trusted.
     notes : tuple of str
         What was left out, subtracted or assumed.
     sources : tuple of SourceFile
@@ -130,6 +135,8 @@ class Emission(DisplayedResult):
     spectra: tuple[EmissionSpectrum, ...]
     backgrounds: tuple[EmissionSpectrum, ...]
     usable_hz: tuple[float, float]
+    bands_hz: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    bench: BenchUse = field(default_factory=BenchUse)
     notes: tuple[str, ...] = ()
     sources: tuple[SourceFile, ...] = ()
     synthetic: bool = False

@@ -134,7 +134,7 @@ def _spectrum(
         else f"{own[0].direction}: density, {squared}/Hz"
     )
     axes.set(xlabel=FREQUENCY, ylabel=label, xscale="log", yscale="log")
-    axes.set_xlim(own[0].frequency_hz[1], found.usable_hz[1])
+    axes.set_xlim(own[0].frequency_hz[1], found.bands_hz.get(own[0].direction, found.usable_hz)[1])
     in_powers(axes.xaxis)
     in_powers(axes.yaxis)
     legend_above(figure, axes, 3)
@@ -193,6 +193,6 @@ def _over_rate(requirement: Mapping[str, Any], figure: Any) -> None:
         label="worst value",
     )
     axes.plot(rate, limit, color=LIMIT, linestyle="--", label="limit there")
-    axes.set(xlabel=RATE, ylabel=f"{requirement['direction']}, {requirement['unit'].replace('*', ' ')}", yscale="log")
+    axes.set(xlabel=RATE, ylabel=f"{requirement['direction']}, {requirement['text']['unit']}", yscale="log")
     in_powers(axes.yaxis)
     legend_above(figure, axes, 2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from mechid.emissions.band_peak import band_peaks
 from mechid.emissions.bounds import difference_bounds, line_bounds, power_bounds
 from mechid.emissions.lines import Lines, mains_of, orders_of
 from mechid.emissions.settings import EMISSION
-from mechid.emissions.spectra import BIN_CORRELATION, Spectra, usable_band
+from mechid.emissions.spectra import BIN_CORRELATION, Spectra
 from mechid.specification.bounded_values import BoundedValues
 from mechid.specification.requirement import AMPLITUDE, BAND_PEAK, PSD, Requirement, whole_bands
 
@@ -32,6 +32,8 @@ class Stretch:
         By windows of the same length.
     background_lines : Lines or None
     background_y : ndarray or None
+    bench_error : ndarray or None, shape (M,)
+        Density of the error that calibration and response of the bench leave, at the bins of `spectra`.
     """
 
     y: FloatArray
@@ -41,6 +43,7 @@ class Stretch:
     background: Spectra | None = None
     background_lines: Lines | None = None
     background_y: FloatArray | None = None
+    bench_error: FloatArray | None = None
 
 
 def measure(
@@ -70,7 +73,35 @@ def measure(
         found = _peaks(stretch, requirement, alpha, records)
     else:
         found = _bands(stretch, requirement, alpha, records)
-    return found
+    return found if stretch.bench_error is None else _widen(found, stretch, requirement, alpha)
+
+
+def _widen(found: BoundedValues, stretch: Stretch, requirement: Requirement, alpha: float) -> BoundedValues:
+    """Return values with bounds that the error of the bench widens; at all rates it is the same."""
+    from scipy.special import ndtri
+
+    assert stretch.bench_error is not None
+    spectra, error = stretch.spectra, stretch.bench_error
+    z = float(ndtri(1.0 - alpha))
+    if requirement.kind in (AMPLITUDE, PSD):
+        # The main lobe of a line is three bins wide, and the nearest bin may be one beside its top.
+        near = np.clip(np.round(found.frequency_hz / spectra.bin_hz).astype(np.int64), 1, error.size - 2)
+        own = np.max([error[near + k] for k in (-1, 0, 1)], axis=0)
+        size = np.sqrt(own * (spectra.peak_scale if requirement.kind == AMPLITUDE else 1.0))
+    else:
+        edges = np.array([band[:2] for band in whole_bands(requirement, spectra.usable_hz)]).reshape(-1, 2)
+        size = np.sqrt(sum_bins(error, spectra.bin_hz, edges))
+        if requirement.kind == BAND_PEAK:
+            rms = np.sqrt(sum_bins(spectra.density, spectra.bin_hz, edges))
+            size = found.value * size / np.maximum(rms, np.finfo(np.float64).tiny)
+    power = 2.0 if requirement.kind == PSD else 1.0
+    value, lower, upper = (np.maximum(x, 0.0) ** (1.0 / power) for x in (found.value, found.lower, found.upper))
+    return replace(
+        found,
+        sigma=np.hypot(found.sigma, power * np.maximum(value, size) ** (power - 1.0) * size),
+        lower=np.maximum(lower - z * size, 0.0) ** power,
+        upper=(upper + z * size) ** power,
+    )
 
 
 def _in_mask(frequency_hz: FloatArray, requirement: Requirement) -> FloatArray:
@@ -217,7 +248,7 @@ def _mains_bins(stretch: Stretch, spectra: Spectra) -> BoolArray:
 def _bands(stretch: Stretch, requirement: Requirement, alpha: float, records: int) -> BoundedValues:
     """Return RMS values of the mask's bands or of third octaves, from the sums of their bins."""
     spectra, background = stretch.spectra, stretch.background
-    bands = whole_bands(requirement, usable_band(spectra.bin_hz, spectra.sample_rate_hz))
+    bands = whole_bands(requirement, spectra.usable_hz)
     looks = max(len(bands), 1) * records
     weight = np.ones(spectra.density.size)
     if requirement.exclude_mains:
@@ -261,7 +292,7 @@ def _band_power(spectra: Spectra, edges: FloatArray, weight: FloatArray, windows
 
 def _peaks(stretch: Stretch, requirement: Requirement, alpha: float, records: int) -> BoundedValues:
     rate = stretch.spectra.sample_rate_hz
-    bands = whole_bands(requirement, usable_band(stretch.spectra.bin_hz, rate))
+    bands = whole_bands(requirement, stretch.spectra.usable_hz)
     edges = [(low, high) for low, high, _ in bands]
     looks = max(len(bands), 1) * records
     if stretch.background_y is None:

@@ -12,6 +12,7 @@ from mechid.budgets.prediction_numbers import prediction_numbers
 from mechid.emissions.emission import Assessment, AtRate, Emission
 from mechid.emissions.emission_line import EmissionLine
 from mechid.emissions.predicted import PredictedEmission
+from mechid.emissions.trust import BenchUse
 from mechid.ink.digits import plain, with_sigma
 from mechid.records import ChannelSpec
 from mechid.specification.numbers import VERDICT_WORDS, finite, requirement_numbers, worst_numbers, worst_texts
@@ -40,6 +41,7 @@ def emission_numbers(found: Emission) -> dict[str, Any]:
         "lines": [_line(one) for one in found.lines],
         "usable_band_Hz": [finite(value) for value in found.usable_hz],
         "directions": _directions(found),
+        "bench": _bench(found.bench),
         "backgrounds": [
             {"direction": one.direction, "record": one.record, "rms": one.rms, "unit": one.unit}
             for one in found.backgrounds
@@ -69,6 +71,17 @@ def emission_numbers(found: Emission) -> dict[str, Any]:
     }
 
 
+def unit_words(unit: str) -> str:
+    """Return a unit as a page shows it.
+
+    Examples
+    --------
+    >>> unit_words("N^2*m^2/Hz")
+    'N² m²/Hz'
+    """
+    return unit.replace("*", " ").replace("^2", "²")
+
+
 def definition_of(requirement: Requirement) -> str:
     """Return how the quantity of a requirement is defined."""
     return DEFINITIONS[requirement.kind].format(resolution=requirement.resolution_hz)
@@ -81,7 +94,29 @@ def _directions(found: Emission) -> list[dict[str, Any]]:
         name: sorted({abs(one.rate) for one in found.spectra if one.direction == name and math.isfinite(one.rate)})
         for name, _ in named
     }
-    return [{"name": name, "unit": unit, "rates": rates[name]} for name, unit in named]
+    bands = {name: found.bands_hz.get(name, found.usable_hz) for name, _ in named}
+    return [
+        {
+            "name": name,
+            "unit": unit,
+            "rates": rates[name],
+            "usable_band_Hz": [finite(f) for f in bands[name]],
+            "text": {"unit": unit_words(unit)},
+        }
+        for name, unit in named
+    ]
+
+
+def _bench(use: BenchUse) -> dict[str, Any]:
+    return {
+        "calibration": use.calibration or None,
+        "calibration_uncertainty_percent": 100.0 * use.calibration_error if use.calibration else None,
+        "table_response": use.response or None,
+        "interface_point_m": list(use.point_m) if use.point_m else None,
+        "bands_Hz": {name: [finite(f) for f in band] for name, band in use.bands_hz.items()},
+        "trusted_Hz": finite(use.trusted_hz),
+        "reason": use.reason,
+    }
 
 
 def _channels(found: Emission) -> list[dict[str, Any]]:
@@ -100,6 +135,7 @@ def _assessment(one: Assessment) -> dict[str, Any]:
         "verdict": VERDICT_WORDS[one.verdict],
         "records": VERDICT_WORDS[records.verdict],
         "predicted": VERDICT_WORDS[one.prediction.verdict] if one.prediction else "",
+        "unit": unit_words(one.requirement.unit),
         **worst_texts(worst),
     }
     return {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from mechid.emissions.assessor import Assessor
@@ -78,4 +79,5 @@ def emission(
             place=BENCH if flight is None else FLIGHT,
             source="a fit in memory" if isinstance(fit, Fit) else str(fit),
         )
+        found = replace(found, notes=(*found.notes, *declared.interface.prediction_notes()))
         return with_prediction(found, predicted)

@@ -50,3 +50,30 @@ class EmissionSettings:
 
 
 EMISSION = EmissionSettings()
+
+
+@dataclass(frozen=True)
+class BenchSettings:
+    """Settings of the correction of a measuring table."""
+
+    most_error: float = 10.0 ** (1.0 / 20.0) - 1.0
+    """Relative error of an amplitude of 1 dB, up to which a correction counts as known."""
+    coverage: float = 2.0
+    """Standard errors of the uncertainty that is compared with it: 95 %."""
+    rigid_share: float = 1.0 / 3.0
+    """Frequency over that of the first resonance up to which a table adds less than 1 dB: 1 / (1 - 1/9) is 1.02 dB."""
+    modal_reach: float = 2.0
+    """Highest frequency over that of the highest mode at which modes count: further ones are missing above."""
+    roughness_points: int = 9
+    """Points over which the roughness of a measured response is averaged."""
+    regularisation: float = 0.02
+    """Singular value over the largest at rest below which the inverse stops growing: changes others by 0.04 %."""
+    arm_m: float = 0.1
+    """Length that makes forces of moments, to compare the two: of the size of a table."""
+    taper: float = 1.3
+    """Frequency over that of the end of a response at which the correction has faded out."""
+    resolution_hz: float = 1.0
+    """Of the correcting filter, from which its length follows."""
+
+
+BENCH = BenchSettings()

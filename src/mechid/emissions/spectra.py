@@ -41,11 +41,14 @@ class Spectra:
         Density of each half overlapping window, unit squared per Hz.
     bin_hz : float
     sample_rate_hz : float
+    bench_hz : (float, float)
+        Band that the bench supports in this direction.
     """
 
     rows: FloatArray
     bin_hz: float
     sample_rate_hz: float
+    bench_hz: tuple[float, float] = (0.0, np.inf)
 
     @cached_property
     def density(self) -> FloatArray:
@@ -98,9 +101,15 @@ class Spectra:
         )
         return mains_lines(found)
 
+    @property
+    def usable_hz(self) -> tuple[float, float]:
+        """Lowest and highest frequency that can be judged."""
+        low, high = usable_band(self.bin_hz, self.sample_rate_hz)
+        return max(low, self.bench_hz[0]), min(high, self.bench_hz[1])
+
     def usable_bins(self) -> BoolArray:
         """Tell which bins can be judged, (M,)."""
-        low, high = usable_band(self.bin_hz, self.sample_rate_hz)
+        low, high = self.usable_hz
         return (self.frequency_hz >= low) & (self.frequency_hz <= high)
 
 
@@ -122,7 +131,9 @@ def window_length(samples: int, sample_rate_hz: float) -> int:
     return 2 * int(prev_fast_len(max(longest // 2, 8), real=True))
 
 
-def channel_spectra(y: FloatArray, sample_rate_hz: float, length: int) -> Spectra:
+def channel_spectra(
+    y: FloatArray, sample_rate_hz: float, length: int, bench_hz: tuple[float, float] = (0.0, np.inf)
+) -> Spectra:
     """Return the densities of all half overlapping windows of a channel.
 
     Parameters
@@ -132,11 +143,18 @@ def channel_spectra(y: FloatArray, sample_rate_hz: float, length: int) -> Spectr
     sample_rate_hz : float
     length : int
         Samples of a window, even.
+    bench_hz : (float, float)
+        Band that the bench supports.
     """
     windows = np.lib.stride_tricks.sliding_window_view(y, length)[:: length // 2]
     # Windowed copies of all windows together would take twice the memory of the record.
     parts = [windowed_density(windows[k : k + AT_ONCE], sample_rate_hz) for k in range(0, len(windows), AT_ONCE)]
-    return Spectra(rows=np.concatenate(parts), bin_hz=sample_rate_hz / length, sample_rate_hz=sample_rate_hz)
+    return Spectra(
+        rows=np.concatenate(parts),
+        bin_hz=sample_rate_hz / length,
+        sample_rate_hz=sample_rate_hz,
+        bench_hz=bench_hz,
+    )
 
 
 def noise_level(density: FloatArray, dof: float) -> FloatArray:

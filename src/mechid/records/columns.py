@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.ambiguous_numbers import raw_counts_warning, refuse_unapplied_scaling
 from mechid.records.column_names import is_row_number, is_time, is_torque
-from mechid.records.spec import ChannelSpec, RecordSpec, Role
+from mechid.records.spec import VOLTAGE, ChannelSpec, RecordSpec, Role
 from mechid.records.table import Clock, Column, Table, column_label
 from mechid.units import si_unit, split_header, to_si_factor, unit_within
 
@@ -22,6 +22,7 @@ class ChosenColumn:
     scale: float
     role: Role = Role.OUTPUT
     warning: str | None = None
+    in_volts: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,10 +51,8 @@ def choose_columns(table: Table, spec: RecordSpec) -> Layout:
     asked = spec.channels or (_default_torque(table, spec),)
     indices = [find_column(table, channel) for channel in asked]
     _refuse_duplicates(table, asked, indices)
-    if spec.channels:
-        channels = tuple(map(_choose, [table] * len(asked), asked, indices))
-    else:
-        channels = (_choose_by_position(table, asked[0], indices[0]),)
+    choose = _choose if spec.channels else _choose_by_position
+    channels = tuple(map(choose, [table] * len(asked), asked, indices))
     clock = None if spec.time else _common_clock(table, indices)
     time = None if clock else _choose_time(table, spec, indices)
     layout = Layout(time=time, channels=channels, clock=clock)
@@ -237,13 +236,14 @@ def _describe_clock(column: Column) -> str:
 def _choose(table: Table, channel: ChannelSpec, index: int) -> ChosenColumn:
     _refuse_without_unit(table, channel, index)
     refuse_unapplied_scaling(table, channel, index)
-    factor, warning = _factor(table, channel, index)
+    factor, warning = _factor(table, replace(channel, quantity=VOLTAGE) if channel.in_volts else channel, index)
     return ChosenColumn(
         index=index,
         quantity=channel.quantity,
         scale=factor * (1.0 if channel.gain is None else channel.gain),
         role=channel.role,
         warning=warning or raw_counts_warning(table, channel, index),
+        in_volts=channel.in_volts,
     )
 
 
@@ -305,8 +305,8 @@ def _time_candidates(table: Table, taken: Sequence[int]) -> list[int]:
 def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str | None]:
     """Return the factor to SI units from the units of campaign and file, and a warning if these differ.
 
-    If the file's unit measures the same quantity, both must agree. Otherwise, as with the volts of a transducer, the
-    campaign's unit is used, with a warning unless the file's is a suffix of the name, as in ``u_A``.
+    If the file's unit measures the same quantity, both must agree. Otherwise the campaign's unit is used, with a
+    warning unless the file's is a suffix of the name, as in ``u_A``.
     """
     column, quantity, label = table.columns[index], channel.quantity, column_label(table.columns, index)
     in_file, in_name = column.stated_unit, split_header(column.name)[1]

@@ -53,6 +53,18 @@ class Mounting:
         """Moment about the drive axis."""
         return MOMENTS[self.axis]
 
+    def component(self, quantity: str) -> tuple[int, float] | None:
+        """Return the component of the table that a channel measures, 0 to 5, and its sign; None if it is none.
+
+        Examples
+        --------
+        >>> Mounting("-z", (0.0, 0.0, 0.0)).component("torque")
+        (5, -1.0)
+        """
+        if quantity == TORQUE:
+            return 3 + self.axis, self.sense
+        return (COMPONENTS.index(quantity), 1.0) if quantity in COMPONENTS else None
+
     def lever(self, axis: int) -> dict[str, float]:
         """Return the lever arms in m, by force, of the component of r x F about an axis; zero arms are omitted."""
         after, last = (axis + 1) % 3, (axis + 2) % 3

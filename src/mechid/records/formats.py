@@ -28,7 +28,7 @@ from mechid.records.numpy_file import open_npy, open_npz
 from mechid.records.parquet import open_parquet
 from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
-from mechid.records.spec import RecordSpec
+from mechid.records.spec import VOLTAGE, RecordSpec
 from mechid.records.table import Table
 from mechid.records.tdms import open_tdms
 from mechid.records.uff import open_uff
@@ -191,7 +191,7 @@ def _channel(table: Table, chosen: ChosenColumn, data: Series, bridged: IntArray
     column = table.columns[chosen.index]
     return Channel(
         quantity=chosen.quantity,
-        unit=si_unit(chosen.quantity),
+        unit=si_unit(VOLTAGE if chosen.in_volts else chosen.quantity),
         data=data,
         role=chosen.role,
         column=column.key or str(chosen.index),

@@ -30,6 +30,10 @@ class TimeStamps(StrEnum):
     """The stamps are the true times of irregular samples: the channels are interpolated onto a regular clock."""
 
 
+VOLTAGE = "voltage"
+"""Quantity by whose units a channel in volts is converted, until the calibration makes a load of it."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ChannelSpec:
     """Declaration of a channel in the campaign.
@@ -48,6 +52,8 @@ class ChannelSpec:
         Output by default.
     held : bool
         Whether an input is held constant between samples rather than interpolated linearly.
+    in_volts : bool
+        Whether the numbers are voltages that the calibration of ``[bench]`` makes loads of.
     """
 
     quantity: str
@@ -56,6 +62,7 @@ class ChannelSpec:
     gain: float | None = None
     role: Role = Role.OUTPUT
     held: bool = False
+    in_volts: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Return the declaration as JSON can hold it; a column without a name by its index."""

@@ -38,19 +38,9 @@ def read_response_csv(path: Path, selection: Selection) -> Structure:
     InputFileError
         A column or its partner is missing, its unit has the wrong dimension, or its numbers are invalid.
     """
-    columns: dict[str, Column] = {}
-    for header, data in read_numbers(path).items():
-        name, unit = split_unit(header)
-        hertz = as_hertz(name, unit, data, path.name)
-        name, column = (name, (data, unit)) if hertz is None else (FREQUENCY, (hertz, "Hz"))
-        if name in columns:
-            raise InputFileError(f'{path.name}: column "{header}": holds {name}, as does another column; remove one')
-        columns[name] = column
-    if FREQUENCY not in columns:
-        raise InputFileError(f'{path.name}: no column "{FREQUENCY}"{did_you_mean(FREQUENCY, columns)}')
-    frequency_hz = columns.pop(FREQUENCY)[0]
+    frequency_hz, columns = read_columns(path)
     # A column that ends in a direction's name belongs to that direction, and is no line of sight of its own.
-    names, own = _names(columns, path.name), dict.fromkeys(selection.directions.values())
+    names, own = response_names(columns, path.name), dict.fromkeys(selection.directions.values())
     sights = [name for name in names if name != INTERFACE and not any(name.endswith(f"_{one}") for one in own)]
     found = {n: _complex_response(n, columns, frequency_hz, path.name) for n in names if n in sights or n == INTERFACE}
     structure = structure_of_responses(path.name, frequency_hz, found)
@@ -66,6 +56,27 @@ def read_response_csv(path: Path, selection: Selection) -> Structure:
         ]
         along[direction] = response_to_direction(frequency_hz, pairs)
     return add_directions(structure, along)
+
+
+def read_columns(path: Path) -> tuple[FloatArray, dict[str, Column]]:
+    """Return the frequencies in Hz, (n,), and the other columns by name, each with its unit.
+
+    Raises
+    ------
+    InputFileError
+        The frequencies are missing, or two columns have one name.
+    """
+    columns: dict[str, Column] = {}
+    for header, data in read_numbers(path).items():
+        name, unit = split_unit(header)
+        hertz = as_hertz(name, unit, data, path.name)
+        name, column = (name, (data, unit)) if hertz is None else (FREQUENCY, (hertz, "Hz"))
+        if name in columns:
+            raise InputFileError(f'{path.name}: column "{header}": holds {name}, as does another column; remove one')
+        columns[name] = column
+    if FREQUENCY not in columns:
+        raise InputFileError(f'{path.name}: no column "{FREQUENCY}"{did_you_mean(FREQUENCY, columns)}')
+    return columns.pop(FREQUENCY)[0], columns
 
 
 def load_unit(direction: str) -> str:
@@ -131,7 +142,8 @@ def receptance_of(
     raise InputFileError(f'{place}: unit "{unit}" does not fit a response to a {what}; expected {", ".join(kinds)}')
 
 
-def _names(columns: Mapping[str, Column], label: str) -> dict[str, None]:
+def response_names(columns: Mapping[str, Column], label: str) -> dict[str, None]:
+    """Return the names of the responses, each a pair of columns; raise InputFileError for other columns."""
     ends = [end for pair in PAIRS for end in pair]
     for name in columns:
         if is_decibel(name):
@@ -146,6 +158,20 @@ def _names(columns: Mapping[str, Column], label: str) -> dict[str, None]:
 def _complex_response(
     name: str, columns: Mapping[str, Column], frequency_hz: FloatArray, label: str, per: str = "N*m"
 ) -> ComplexArray:
+    values, unit, place = read_pair(name, columns, frequency_hz, label)
+    return receptance_of(frequency_hz, values, unit, place, per)
+
+
+def read_pair(
+    name: str, columns: Mapping[str, Column], frequency_hz: FloatArray, label: str
+) -> tuple[ComplexArray, str | None, str]:
+    """Return a complex response from its pair of columns, (n,), its unit if there is one, and its place for messages.
+
+    Raises
+    ------
+    InputFileError
+        A column of the pair is missing, is a level in dB, or has another unit than the first.
+    """
     first, second = _suffixes_of_pair(name, columns, label)
     (a, unit), (b, other) = columns[name + first], columns[name + second]
     place = f'{label}: column "{name}{first}"'
@@ -154,12 +180,10 @@ def _complex_response(
         phase_rad = _phase(name + second, b, other, a, label)
         if unit is None:
             refuse_hidden_levels(frequency_hz, a, phase_rad, place)
-        values = from_polar(a, phase_rad)
-    elif other not in (unit, None):
+        return from_polar(a, phase_rad), unit, place
+    if other not in (unit, None):
         raise InputFileError(f'{label}: column "{name}{second}": unit "{other}" where {name}{first} has "{unit}"')
-    else:
-        values = np.asarray(a + 1j * b, dtype=np.complex128)
-    return receptance_of(frequency_hz, values, unit, place, per)
+    return np.asarray(a + 1j * b, dtype=np.complex128), unit, place
 
 
 def _suffixes_of_pair(name: str, columns: Mapping[str, Column], label: str) -> tuple[str, str]:

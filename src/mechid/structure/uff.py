@@ -37,7 +37,7 @@ def read_uff(path: Path, selection: Selection) -> Structure:
     """
     selection.refuse_directions(path.name, "they are those that it has responses to at the interface's node")
     interface = selection.required_interface(path.name)
-    sets = [entry for entry in _read_sets(path) if entry.get("func_type") == FREQUENCY_RESPONSE]
+    sets = [entry for entry in read_sets(path) if entry.get("func_type") == FREQUENCY_RESPONSE]
     excited = [entry for entry in sets if _node_and_component(entry, "ref") == (interface.node, interface.component)]
     if not excited:
         raise InputFileError(
@@ -52,7 +52,7 @@ def read_uff(path: Path, selection: Selection) -> Structure:
         found["interface"] = _combine_locations(excited, (interface,), frequency_hz, path.name)
     structure = structure_of_responses(path.name, frequency_hz, found, interface.direction)
     structure = add_directions(structure, _directions(sets, interface, selection, path.name))
-    labels = [entry for entry in excited if not _label(entry, "ordinate") or not _label(entry, "orddenom")]
+    labels = [entry for entry in excited if not axis_label(entry, "ordinate") or not axis_label(entry, "orddenom")]
     unsaid = f"{len(labels)} responses have no unit; they are read in SI, rotations in rad, torque in N m"
     return structure.with_warnings(unsaid) if labels else structure
 
@@ -77,7 +77,14 @@ def _directions(
     return found
 
 
-def _read_sets(path: Path) -> Sequence[Mapping[str, Any]]:
+def read_sets(path: Path) -> Sequence[Mapping[str, Any]]:
+    """Return the data sets 58 of a universal file as pyuff has them.
+
+    Raises
+    ------
+    InputFileError
+        pyuff is not installed, or the file is none.
+    """
     try:
         import pyuff
     except ImportError as error:
@@ -133,7 +140,7 @@ def _receptance(
 ) -> ComplexArray:
     values = np.asarray(entry["data"], dtype=np.complex128)
     differentiated = DATA_TYPES.get(int(entry.get("ordinate_spec_data_type", LENGTH_DATA) or LENGTH_DATA), 0)
-    motion, torque = _label(entry, "ordinate"), _label(entry, "orddenom")
+    motion, torque = axis_label(entry, "ordinate"), axis_label(entry, "orddenom")
     if motion and torque:
         top = "m" if location.direction.startswith("t") else "rad"
         kind = next(kind for kind, times in KINDS.items() if times == differentiated)
@@ -147,7 +154,8 @@ def _receptance(
     return to_receptance(frequency_hz, values[:, None], differentiated)[:, 0]
 
 
-def _label(entry: Mapping[str, Any], which: str) -> str:
+def axis_label(entry: Mapping[str, Any], which: str) -> str:
+    """Return the unit of an axis, ``"ordinate"`` or ``"orddenom"``; empty where none is stated."""
     text = str(entry.get(f"{which}_axis_units_lab", "") or "").strip()
     return "" if text.upper() in ("NONE", "") else text
 
