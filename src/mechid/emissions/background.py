@@ -23,6 +23,7 @@ from mechid.errors import RecordError
 from mechid.records import Mounting, Record, RecordSpec, read_record
 from mechid.signal.settings import HUM
 from mechid.specification.requirement import direction_of
+from mechid.specification.settings import SPECIFICATION
 
 KEY = "background"
 KEYS = ("name", "file", "state", "channels", "sample_rate_hz", "time")
@@ -78,7 +79,8 @@ class Background:
             if y.size < length:
                 raise RecordError(
                     f'background "{self.name}": lasts {y.size / rate:.3g} s, shorter than a window of '
-                    f"{length / rate:.3g} s; record at least {EMISSION.longest_s:g} s, or as long as the longest run"
+                    f"{length / rate:.3g} s; record at least {SPECIFICATION.window_s:g} s, or as long as the "
+                    "longest run"
                 )
             self._spectra[key] = channel_spectra(y, rate, length)
         return self._spectra[key]

@@ -11,14 +11,10 @@ class EmissionSettings:
 
     least_windows: int = 8
     """Windows without overlap that a record is cut into at least: their scatter is part of a line's interval."""
-    longest_s: float = 4.0
-    """Longest window: 0.25 Hz a bin, so that orders of 2 steps/s stay apart, and a background of 4 s is long enough."""
     stretch_s: float = 2.0
     """Length of the stretches of a record whose rate varies; each is judged at its own mean rate."""
     first_bin: int = 3
     """Lowest bin that is judged: below it Hann's window shows the mean and the drift."""
-    guard: float = 2.56
-    """Sample rate over the highest frequency that is judged: the usual margin of anti-alias filters."""
     least_block: int = 16
     """Fewest bins of a block whose lower quantile is the noise level."""
     block_share: float = 0.1

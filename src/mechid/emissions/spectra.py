@@ -20,6 +20,7 @@ from mechid.emissions.settings import EMISSION
 from mechid.signal.lines import Prominence
 from mechid.signal.mains import MainsLine, mains_lines
 from mechid.signal.window import windowed_density
+from mechid.specification.settings import SPECIFICATION
 
 NOISE_BANDWIDTH = 1.5
 """Of Hann's window, in bins."""
@@ -115,7 +116,7 @@ class Spectra:
 
 def usable_band(bin_hz: float, sample_rate_hz: float) -> tuple[float, float]:
     """Return the lowest and the highest frequency in Hz that a record can be judged at."""
-    return EMISSION.first_bin * bin_hz, sample_rate_hz / EMISSION.guard
+    return EMISSION.first_bin * bin_hz, sample_rate_hz / SPECIFICATION.guard
 
 
 def window_length(samples: int, sample_rate_hz: float) -> int:
@@ -126,7 +127,7 @@ def window_length(samples: int, sample_rate_hz: float) -> int:
     >>> window_length(600_000, 10_000.0), window_length(20_000, 10_000.0)
     (40000, 2500)
     """
-    longest = min(samples // EMISSION.least_windows, round(EMISSION.longest_s * sample_rate_hz))
+    longest = min(samples // EMISSION.least_windows, round(SPECIFICATION.window_s * sample_rate_hz))
     # Half of the length is rounded down to a fast one, so that the whole is even.
     return 2 * int(prev_fast_len(max(longest // 2, 8), real=True))
 

@@ -16,7 +16,8 @@ class SpecificationSettings:
     guard: float = 2.56
     """Sample rate over the highest frequency that is judged: the usual margin of anti-alias filters."""
     window_s: float = 4.0
-    """Window of a predicted spectrum where a kind has no resolution of its own: the longest of a measured one."""
+    """Longest window of a measured spectrum, and window of a predicted one where a kind has no resolution of its own:
+    0.25 Hz a bin, so that orders of 2 steps/s stay apart, and a background of 4 s is long enough."""
     peak_s: float = 60.0
     """Time over which the largest value of a predicted random part is taken: the usual length of a run."""
 
