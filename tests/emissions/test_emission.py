@@ -36,6 +36,7 @@ def test_the_verdict_is_that_of_records_and_prediction_together(measured, predic
             curves=(),
             place="bench",
             source="fit",
+            digest="",
             rates={},
             highest_hz=100.0,
             notes=("of the fit",),

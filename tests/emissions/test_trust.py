@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 import mechid
 from emission_bench import FS, background, record, requirement, samples, write_campaign
-from mechid.emissions.trust import lowest_resonance
+from mechid.emissions.trust import from_resonance, lowest_resonance
 
 MODES = '[{ direction = "fx", frequency_hz = 300.0, damping = 0.02 }]'
 
@@ -56,5 +56,8 @@ def test_a_correction_says_where_it_ends_and_why(tmp_path):
     assert any("1 mode, is corrected up to: fx 26" in note and "(95 %) exceeds 1 dB" in note for note in result.notes)
 
 
-def test_no_background_no_resonance():
+def test_without_a_background_none_is_said_to_show_nothing():
     assert lowest_resonance({"fx": None}) is None
+    _, reason = from_resonance(None, 2000.0, is_measured=False)
+    assert "no background was measured that could show its resonances" in reason
+    assert "shows no resonance" not in reason

@@ -13,6 +13,7 @@ from mechid.emissions.emission import Assessment, AtRate, Emission
 from mechid.emissions.emission_line import EmissionLine
 from mechid.emissions.predicted import PredictedEmission
 from mechid.emissions.trust import BenchUse
+from mechid.identification.result.estimate_file import DIGEST
 from mechid.ink.digits import plain, with_sigma
 from mechid.records import ChannelSpec
 from mechid.specification.numbers import VERDICT_WORDS, finite, requirement_numbers, worst_numbers, worst_texts
@@ -157,6 +158,7 @@ def _prediction(predicted: PredictedEmission | None) -> dict[str, Any] | None:
         return None
     return {
         "fit": predicted.source,
+        DIGEST: predicted.digest or None,
         "values": predicted.place,
         "highest_Hz": finite(predicted.highest_hz),
         "rates": [

@@ -77,6 +77,8 @@ class PredictedEmission:
         `BENCH`: the torque at the transducer with the values of the bench; `FLIGHT`: that on the base in flight.
     source : str
         The fit.
+    digest : str
+        SHA-256 of the fitted mechanism's file; empty if it has none.
     rates : mapping of str to (float, float, int, int)
         By way of stepping the least and the largest rate in full steps/s, their number, and how many were tested.
     highest_hz : float
@@ -87,6 +89,7 @@ class PredictedEmission:
     curves: tuple[OrderCurve, ...]
     place: str
     source: str
+    digest: str
     rates: dict[str, tuple[float, float, int, int]]
     highest_hz: float
     notes: tuple[str, ...]
@@ -191,6 +194,7 @@ def predict_emission(
         curves=tuple(_curves(estimate, torques, trials, [one for one in lines if one.direction == drive])),
         place=place,
         source=source,
+        digest=estimate.digest,
         rates={way.name: _counts(torque.mode.rates, way) for way, torque in zip(ways, torques, strict=False)},
         highest_hz=highest_hz,
         notes=tuple(_notes(estimate)),

@@ -84,7 +84,9 @@ def bench_use(interface: Interface, backgrounds: Mapping[str, Background | None]
         trusted = highest
         reason = f"No response of the table is declared; usable_band_hz trusts it up to {plain(highest, 4)} Hz."
     else:
-        trusted, reason = _from_resonance(lowest_resonance(backgrounds), sample_rate_hz)
+        trusted, reason = from_resonance(
+            lowest_resonance(backgrounds), sample_rate_hz, is_measured=any(backgrounds.values())
+        )
     response = bench.response
     return BenchUse(
         calibration=bench.calibration.source if bench.calibration else "",
@@ -114,13 +116,17 @@ def _reason_of_correction(interface: Interface) -> str:
     )
 
 
-def _from_resonance(found: tuple[str, float] | None, sample_rate_hz: float) -> tuple[float, str]:
+def from_resonance(found: tuple[str, float] | None, sample_rate_hz: float, *, is_measured: bool) -> tuple[float, str]:
     """Return up to which frequency a table without a declared response can be trusted, and why."""
     remedy = "declare table_response or usable_band_hz in [bench]"
     if found is None:
+        shown = (
+            f"its background shows no resonance up to {plain(0.5 * sample_rate_hz, 4)} Hz, which proves none"
+            if is_measured
+            else "no background was measured that could show its resonances"
+        )
         return math.nan, (
-            "No response of the table is declared, and its background shows no resonance up to "
-            f"{plain(0.5 * sample_rate_hz, 4)} Hz, which proves none: a table adds less than 1 dB up to a third of its "
+            f"No response of the table is declared, and {shown}: a table adds less than 1 dB up to a third of its "
             f"first resonance, which has to be known from elsewhere; {remedy}."
         )
     direction, frequency = found

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from mechid.identification.result.estimate_file import DIGEST
 from mechid.ink.data import Data
 from mechid.ink.digits import digits, plain
 from mechid.ink.document import Document, Part, Rows, Words
@@ -58,7 +59,7 @@ def emission_report(data: Mapping[str, Any], document: Document, files: Mapping[
         VerificationReport(
             title=TITLE,
             document=document,
-            verified=[_verification_row(one, runs) for one in data["requirements"]],
+            verified=[_verification_row(one, runs, _digest(data)) for one in data["requirements"]],
             meaning=f"{VERDICT_MEANING} {METHOD}",
             test=data["test"],
             instruments=[Rows(channel_table(data["channels"]), "Channels of the records")],
@@ -79,14 +80,19 @@ def _run(source: Data) -> dict[str, Any]:
     return {**source, "file": Path(source["file"]).name, "use": use}
 
 
-def _verification_row(one: Data, runs: list[dict[str, Any]]) -> Verified:
+def _digest(data: Data) -> str:
+    """Return the digest of the fitted mechanism that predicts; empty without one."""
+    return str((data["prediction"] or {}).get(DIGEST) or "")
+
+
+def _verification_row(one: Data, runs: list[dict[str, Any]], digest: str) -> Verified:
     worst, text, unit = one["worst"], one["text"], _unit(one)
     where = f" at {text['frequency']} Hz" if worst else ""
     where += f", {text['rate']} steps/s" if text["rate"] else ""
     source = next((run for run in runs if worst and run["name"] == worst["record"]), None)
     # Without a record the value that decides is a predicted one.
     predicted = one["predicted"] is not None and worst is not None and source is None
-    evidence = PREDICTED.format(worst["record"]) if predicted else ""
+    evidence = f"{PREDICTED.format(worst['record'])}: {evidence_words('fitted mechanism', digest)}" if predicted else ""
     return Verified(
         requirement=f"{one['name']} ({one['direction']}, {one['kind'].replace('_', ' ')})",
         method=ANALYSIS if predicted else TEST,
