@@ -36,7 +36,7 @@ def units(staged, tmp_path):
 @pytest.fixture
 def without_reports(monkeypatch):
     """Leave the campaigns' own reports away, which take most of the time."""
-    monkeypatch.setattr(into_folder, "_report", lambda *_: [])
+    monkeypatch.setattr(into_folder, "_report", lambda *_, **__: [])
 
 
 def estimate(folder, unit):

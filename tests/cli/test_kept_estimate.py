@@ -13,7 +13,7 @@ import mechid
 from mechid.campaign import load_campaign
 from mechid.cli.app import app
 from mechid.identification import conclude
-from mechid.identification import run as identification
+from mechid.identification.diagnosis import diagnosis, start
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.grade import UNEXAMINED
 from mechid.reports import into_folder
@@ -64,7 +64,7 @@ def disturbed(monkeypatch, module, name, error):
 def test_what_ends_the_examination_leaves_the_estimate(run, wrong, tmp_path, monkeypatch, name, error):
     out = tmp_path / "out"
     with monkeypatch.context() as patched:
-        disturbed(patched, into_folder if name == "validate" else identification, name, error)
+        disturbed(patched, into_folder if name == "validate" else start, name, error)
         result = run("identify", wrong / "bench", "--out", out)
     assert result.exit_code == (130 if isinstance(error, KeyboardInterrupt) else result.exit_code) != 0
     assert sorted(path.name for path in out.iterdir()) == RESULTS
@@ -84,7 +84,7 @@ def test_what_ends_the_examination_leaves_the_estimate(run, wrong, tmp_path, mon
 
 
 def test_a_diagnosis_that_is_interrupted_leaves_the_estimate(run, wrong, tmp_path, monkeypatch):
-    disturbed(monkeypatch, identification, "diagnose", KeyboardInterrupt())
+    disturbed(monkeypatch, diagnosis, "diagnose", KeyboardInterrupt())
     result = run("identify", wrong / "bench", "--complete", "--out", tmp_path / "out")
     assert result.exit_code == 130
     assert numbers(tmp_path / "out")[1][-1] == UNEXAMINED
@@ -92,7 +92,7 @@ def test_a_diagnosis_that_is_interrupted_leaves_the_estimate(run, wrong, tmp_pat
 
 
 def test_from_python_an_interrupted_examination_leaves_the_fit(wrong, monkeypatch):
-    disturbed(monkeypatch, identification, "add_suggestions", KeyboardInterrupt())
+    disturbed(monkeypatch, start, "add_suggestions", KeyboardInterrupt())
     fit = mechid.identify(load_campaign(wrong / "bench"))
     assert fit.warnings[-1] == UNEXAMINED
     whole, _ = numbers(wrong / "whole")

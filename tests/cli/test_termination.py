@@ -188,7 +188,7 @@ def test_an_error_that_a_signal_has_caused_is_an_interruption(interrupted, code)
     text = (
         "from mechid.cli import app, termination, main\n"
         "def fail():\n"
-        f"    ending._SHUTDOWN.is_raised = {interrupted}\n"
+        f"    termination._SHUTDOWN.is_raised = {interrupted}\n"
         "    raise RuntimeError('Error calling __set_name__')\n"
         "app.main = fail\n"
         "main()\n"
