@@ -3,6 +3,7 @@
 import json
 import math
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,8 +14,11 @@ from incomplete.benches import drawn, make_bench, true_record
 from incomplete.effects import EFFECTS
 from incomplete.recording import Run, recorded
 from incomplete.summary import complete_table, contrasts_of, incomplete_table
-from mechid.campaign import mechanism_from_table, mechanism_text
+from mechid.campaign import load_campaign, mechanism_from_table, mechanism_text
+from mechid.identification.identify import identify
+from mechid.identification.stages.whole_records import WHOLE_RECORDS
 from paper import constant
+from recovery.mechanisms import FAMILIES
 from runs import base, rms, run_kernel, run_twin
 
 FULL = {"stepping": "full", "rate": 46.0, "start_angle_deg": 45.0}
@@ -236,3 +240,16 @@ def test_what_is_in_the_folder_is_not_fitted_again(tmp_path, monkeypatch, capsys
     assert made == [("clock", 0, ["whole"])]
     assert [own["effect"] for own in incomplete_benches.read(fits)] == ["detent", "clock"]
     assert "2 benches with one effect left out" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_friction_that_imitates_another_is_replaced_by_it(tmp_path):
+    """Truth: the bench's size; growth past a stall adds friction by direction, which leaves more than noise."""
+    bench = make_bench("load_dependent_friction", 1000, tmp_path)
+    fit = identify(replace(load_campaign(bench.folder), mechanism=FAMILIES[1].catalogue()))
+    assert fit.path[-1] == WHOLE_RECORDS
+    (entry,) = fit.missing
+    assert entry.name == "friction.load_dependent"
+    share = entry.parameters["friction.load_share"]
+    assert abs(share.value - bench.size["load_share"]) < 4.0 * share.std_error
+    assert max(record.residual_over_noise for record in fit.records.values()) < 1.05

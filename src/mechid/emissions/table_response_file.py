@@ -18,7 +18,7 @@ from mechid.arrays import ComplexArray, FloatArray
 from mechid.campaign.table_response_entry import DIRECTIONS, DeclaredResponse
 from mechid.emissions.table_response import SIX, MeasuredTable, ModalTable, TableResponse
 from mechid.errors import InputFileError
-from mechid.reading.process import UnreadableError, call
+from mechid.reading.process import read_guarded
 from mechid.structure.response_csv import read_columns, read_pair, response_names
 from mechid.structure.uff import axis_label, read_sets
 from mechid.units import conversion_factor
@@ -62,17 +62,7 @@ def _read(path: Path, declared: DeclaredResponse) -> tuple[FloatArray, Pairs]:
     if suffix == ".csv":
         return _read_csv(path, declared)
     reader: Callable[[Path], Any] = _load_mat if suffix == ".mat" else _load_uff
-    try:
-        # Libraries that parse foreign files run in the reading process, so that a damaged file cannot end this one.
-        content = call(reader, path.absolute(), size=path.stat().st_size)
-    except InputFileError:
-        raise
-    except Exception as error:
-        what = str(error) if isinstance(error, UnreadableError) else f"{type(error).__name__}: {error}"
-        raise InputFileError(
-            f"{path.name}: is damaged or not a {suffix} file of responses ({' '.join(what.split())[:160]}); export or "
-            "copy it again"
-        ) from error
+    content = read_guarded(reader, path, kind="of responses")
     return (_mat if suffix == ".mat" else _uff)(content, path.name, declared)
 
 

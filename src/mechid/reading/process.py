@@ -14,9 +14,11 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from io import FileIO
+from pathlib import Path
 from threading import Lock, Timer
 from typing import IO, Any, TypeVar, cast
 
+from mechid.errors import InputFileError
 from mechid.reading.frames import receive, send
 from mechid.reading.request import Answer, Call, CallError, Libraries, ProcessEnd, Request
 
@@ -46,6 +48,35 @@ ALARM, KILL = 14, 9
 
 class UnreadableError(Exception):
     """Failure of the reading process; the message is phrased to follow the file's name."""
+
+
+def read_guarded(function: Callable[..., T], path: Path, *arguments: Any, kind: str) -> T:
+    """Read a file in the reading process, so that a damaged one cannot end this process.
+
+    Parameters
+    ----------
+    function : callable
+        Called with the absolute path and the arguments.
+    path : Path
+    *arguments
+    kind : str
+        Content of such files, for the message: ``"of a structure"``.
+
+    Raises
+    ------
+    InputFileError
+        Any other error of the function, in one line with the file's name.
+    """
+    try:
+        return call(function, path.absolute(), *arguments, size=path.stat().st_size)
+    except InputFileError:
+        raise
+    except Exception as error:
+        what = str(error) if isinstance(error, UnreadableError) else f"{type(error).__name__}: {error}"
+        raise InputFileError(
+            f"{path.name}: is damaged or not a {path.suffix.lower()} file {kind} ({' '.join(what.split())[:160]}); "
+            "export or copy it again"
+        ) from error
 
 
 def call(function: Callable[..., T], *arguments: Any, size: int = 0, libraries: Sequence[str] = ()) -> T:

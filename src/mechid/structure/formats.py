@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from mechid.errors import InputFileError, did_you_mean
-from mechid.reading.process import UnreadableError, call
+from mechid.reading.process import read_guarded
 from mechid.reading.whole import is_folder, is_there, refuse_special
 from mechid.structure.checks import LARGEST_RECEPTANCE, refuse_overflow
 from mechid.structure.csv_table import read_numbers, split_unit
@@ -141,25 +141,11 @@ def _read(path: Path, selection: Selection) -> Structure:
     try:
         refuse_special(path)
         # After this check no reader can block on a pipe or a device.
-        return _read_isolated(path, selection) if suffix in GUARDED else READERS[suffix](path, selection)
+        if suffix in GUARDED:
+            return read_guarded(GUARDED[suffix], path, selection, kind="of a structure")
+        return READERS[suffix](path, selection)
     except OSError as error:
         raise InputFileError(f"{path.name}: cannot be read ({error.strerror or error}); check the path") from error
     except InputFileError as error:
         message = str(error)
         raise InputFileError(message if message.startswith(path.stem) else f"{path.name}: {message}") from error
-
-
-def _read_isolated(path: Path, selection: Selection) -> Structure:
-    """Read a file in the reading process, and convert any error of a library to a one-line message."""
-    suffix = path.suffix.lower()
-    try:
-        size = path.stat().st_size
-        return call(GUARDED[suffix], path.absolute(), selection, size=size)
-    except InputFileError:
-        raise
-    except Exception as error:
-        what = str(error) if isinstance(error, UnreadableError) else f"{type(error).__name__}: {error}"
-        raise InputFileError(
-            f"{path.name}: is damaged or not a {suffix} file of a structure ({' '.join(what.split())[:160]}); "
-            "export or copy it again"
-        ) from error

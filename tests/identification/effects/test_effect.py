@@ -129,3 +129,25 @@ def test_a_low_pass_is_not_called_delays_of_the_records():
     assert fit.parameters["anti_alias.frequency"].value == pytest.approx(12e3, rel=0.01)
     off = [abs(p.value - TRUTH[n]) / p.std_error for n, p in fit.parameters.items() if p.std_error and not p.added]
     assert np.sqrt(np.mean(np.square(off))) < 1.6
+
+
+@pytest.mark.parametrize(("late_s", "near"), [(0.0, TRUTH), pytest.param(1e-3, None, marks=pytest.mark.slow)])
+def test_a_high_pass_is_not_called_delays_and_stands_beside_real_ones(late_s, near):
+    """Truth: a charge amplifier of 0.2 s that the file lacks, and in the second case records that begin late.
+
+    A warm start takes what delays leave at the given values for noise, so that case is searched for.
+    """
+    made_by = mechanism_from_table({**CATALOGUE, "charge_amplifier": {"time_constant": 0.2}}, "high-pass")
+    made_by = made_by.with_values(TRUTH)
+    late = dict(zip(("full_46", "full_23", "micro_46"), (late_s, -0.7 * late_s, 0.4 * late_s), strict=True))
+    records = [
+        record(
+            n,
+            measured(made_by, COMMANDS[n], np.random.default_rng((8, k)), seconds=0.3, time_offset_s=offset),
+            COMMANDS[n],
+        )
+        for k, (n, offset) in enumerate(late.items())
+    ]
+    fit = identify(campaign(catalogue_mechanism(), *records), workers=1, near=near)
+    assert {one.name for one in fit.missing} == {"charge_amplifier", *(["record.delay"] if late_s else [])}
+    assert fit.parameters["charge_amplifier.time_constant"].value == pytest.approx(0.2, rel=0.05)

@@ -46,3 +46,17 @@ def test_effects_are_added_only_where_the_campaign_lets_them(climb):
         one = replace(climb, campaign=replace(climb.campaign, options=options), best=Candidate(climb.best.q, 1e6))
         assert one.may_add is allowed
         assert effect_rungs.NAMED_EFFECTS[0].applies(one) is allowed
+
+
+def test_more_starts_are_taken_only_where_they_follow_further(climb, monkeypatch):
+    """Truth: by hand: costs of the start behind the usual ones, and how far it is followed; 100 samples before."""
+    unexplained = replace(climb, best=Candidate(climb.best.q, 1e6))
+    for cost, samples, taken in ((1e3, SAMPLES, True), (1e3, 60, False), (2e6, SAMPLES, False)):
+        start = Candidate(climb.best.q, cost)
+        monkeypatch.setattr(effect_rungs, "refine_more_starts", lambda *_, start=start: start)
+        growth = followed(start.q, samples)
+        monkeypatch.setattr(effect_rungs, "grow_starts", lambda *_args, growth=growth, **_options: growth)
+        after = effect_rungs._grow_from_more_starts(unexplained)
+        assert (after.best is start, after.growth is growth) == (taken, taken)
+    monkeypatch.setattr(effect_rungs, "refine_more_starts", lambda *_: None)
+    assert effect_rungs._grow_from_more_starts(unexplained) is unexplained
