@@ -163,11 +163,22 @@ def _in_order(shared: Sequence[tuple[sp.Symbol, sp.Expr]], wanted: Assignments) 
 
 
 def function(
-    name: str, arguments: str, doc: str, lines: Iterable[str], *, inline: bool = False, returns: str = "None"
+    name: str,
+    arguments: str,
+    doc: str,
+    lines: Iterable[str],
+    *,
+    inline: bool | None = None,
+    returns: str = "None",
 ) -> str:
-    """Return the text of one compiled function; the argument types follow from the argument names."""
+    """Return the text of one compiled function; the argument types follow from the argument names.
+
+    `inline` says whether it becomes part of its callers; None leaves that to the compiler.
+    """
+    lines = ["apart()", *lines] if inline is False else lines
     body = "\n".join(f"    {line}" for line in lines)
-    head = NJIT.format(inline=", forceinline=True" if inline else "")
+    # Without forceinline=False a function has it from its first caller.
+    head = NJIT.format(inline="" if inline is None else f", forceinline={inline}")
     typed = ", ".join(f"{argument}: {_type_of(argument)}" for argument in arguments.split(", "))
     return f'{head}\ndef {name}({typed}) -> {returns}:\n    """{doc}"""\n{body}\n'
 

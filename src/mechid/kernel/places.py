@@ -47,8 +47,9 @@ class Places:
         Parameters, outputs, and the workspace indexed directly, for a group of lanes.
     z, u, m, c : Part
         Filter states, inputs, mode symbols, constants.
-    points, tangent : Part
-        Points of the stages and of the end of a step; coefficients of the tangent program there.
+    points, packed, tangent : Part
+        Points of the stages and of the end of a step, point by point and side by side; coefficients of the tangent
+        program there.
     x_p, g_x, g_p, y_x, y_p : Part
         Derivatives of the start, of margins and of outputs.
     A, B, dA, dB, dz : Part
@@ -71,6 +72,7 @@ class Places:
     m: Part = field(default_factory=lambda: Part("M"))
     c: Part = field(default_factory=lambda: Part("C"))
     points: Part = field(default_factory=lambda: Part("POINTS"))
+    packed: Part = field(default_factory=lambda: Part("PACKED"))
     tangent: Part = field(default_factory=lambda: Part("TANGENT"))
     x_p: Part = field(default_factory=lambda: Part("X_P"))
     g_x: Part = field(default_factory=lambda: Part("G_X"))

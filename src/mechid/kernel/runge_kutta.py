@@ -22,7 +22,7 @@ def turns(writer: Writer) -> str:
 def step(writer: Writer) -> str:
     """Write one classical Runge-Kutta step with known first rates; unrolled, since branches in a loop cost time."""
     states, n_fed, at = writer.plant.states, len(writer.program.filter_inputs), writer.at
-    pairs = writer.angles.pairs
+    pairs, n_point = writer.angles.pairs, len(writer.point)
     arguments = ", ".join([f"at_{s}" for s in writer.point] + writer.held_arguments)
     lines = [f"{s} = {at.x[i]}" for i, s in enumerate((*states, *pairs))]
     lines += [f"{s} = {at.c[k]}" for k, s in writer.constants.used_in(_increments(writer))]
@@ -32,7 +32,7 @@ def step(writer: Writer) -> str:
         lines += [f"at_{s} = {s} + {reach} * k_{s}_{stage}" for s in states]
         # Rotating sine and cosine by the small increment is cheaper than evaluating them anew, to 1e-15.
         lines += _rotation_lines(writer, reach, f"k_{{}}_{stage}")
-        lines += [f"{at.points[4 * i + stage]} = at_{s}" for i, s in enumerate(writer.point)]
+        lines += [f"{at.points[stage * n_point + i]} = at_{s}" for i, s in enumerate(writer.point)]
         results = [f"k_{s}_{stage + 1}" for s in states] + [f"v_{j}_{stage + 1}" for j in range(n_fed)]
         lines.append(f"{', '.join(results)} = rates_of({arguments}, w_)")
     # The last rate is added last, so that the chain of operations waits for it alone.
@@ -40,12 +40,12 @@ def step(writer: Writer) -> str:
     lines += [f"at_{s} = {s} + sixth * sum_{s}" for s in states]
     lines += _rotation_lines(writer, "sixth", "sum_{}")
     for i, s in enumerate(writer.point):
-        lines += [f"{at.new[i]} = at_{s}", f"{at.points[4 * i + 3]} = at_{s}"]
+        lines += [f"{at.new[i]} = at_{s}", f"{at.points[3 * n_point + i]} = at_{s}"]
     # A midpoint of fourth order; the mean of the two inner stages would be of third order.
     lines += [f"{at.mid[j]} = 0.5 * (v_{j}_1 + v_{j}_2) + 0.25 * v_{j}_3" for j in range(n_fed)]
     doc = (
         "From x_at, whose rates are at k_at, one step of length h to new_at; filter inputs half way to mid_at, "
-        "the points of the stages and of the end, side by side, to AT_POINTS."
+        "the points of the stages and of the end to AT_POINTS."
     )
     return function("step", "w_, x_at, k_at, h, new_at, mid_at", doc, lines, inline=True)
 

@@ -21,6 +21,7 @@ GENERATOR = (
     "switching.py",
     "places.py",
     "pointers.py",
+    "fours.py",
     "compiler.py",
     "tangents.py",
     "program.py",
@@ -67,6 +68,8 @@ def generate(plant: Plant, lanes: int) -> str:
         "TERMS": TERMS,
         "NT": lane_writer.coefficients,
         "NG": lanes // WIDTH,
+        "NSEED": lane_writer.seeds,
+        "NFORCED": len(lane_writer.seeded),
         "LANES_PER_GROUP": WIDTH,
         "GROUP_SIZE": rows["END"] * WIDTH,
     }
@@ -74,7 +77,7 @@ def generate(plant: Plant, lanes: int) -> str:
     sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
     # A group of lanes that moves nothing but the filter skips the drive train.
     moved = [int(k in lane_writer.drive_parameters) for k in range(len(plant.parameters))]
-    tables = [*_guard_tables(plant), f"IN_DRIVE = np.array({moved})"]
+    tables = [*_guard_tables(plant), *lane_writer.tables, f"IN_DRIVE = np.array({moved})"]
     # The plant's functions call the sines, and the rest of the loop calls the plant's functions.
     first, *others = (text_of_loop("mechid.kernel", name) for name in LOOP)
     body = "\n\n".join([first, *functions, *others])
@@ -108,7 +111,9 @@ def _header(plant: Plant, lanes: int, body: str) -> str:
         f'"""Kernel of {plant.name} with {lanes} lanes. Made by mechid; do not edit.\n\n'
         f"structure {plant.digest}\n{listing}\n    {operations} additions and products in the text\n"
         '"""\n\nfrom __future__ import annotations\n\nimport math\n\nimport numpy as np\nfrom numba import njit\n\n'
-        "from mechid.kernel.compiler import ENTRY, INNER\nfrom mechid.kernel.pointers import numbers\n\n"
+        "from mechid.kernel.compiler import ENTRY, INNER\n"
+        "from mechid.kernel.fours import copy_four, put_four, put_turned\n"
+        "from mechid.kernel.pointers import apart, in_vectors, numbers\n\n"
         'FAST = {"contract", "arcp", "nsz"}\n'
     )
 
@@ -143,6 +148,9 @@ def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
         "X_TRY": n["NX"],
         "X_TRY_TURN": turns,
         "POINTS": 4 * n["NPOINT"],
+        "PACKED": 4 * n["NPOINT"],
+        "ONE": 1,
+        "SCALE": n["NL"] * n["NSEED"],
         "TIME": 1,
         "Z": n["NF"],
         "U": n["NU"],

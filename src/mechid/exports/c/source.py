@@ -17,7 +17,7 @@ from mechid.kernel.c.module import Module, fold_zeros, module_of
 from mechid.kernel.c.printer import WIDTH, Printer
 from mechid.kernel.expressions import python_text
 from mechid.kernel.physics import function
-from mechid.kernel.source import generate, lanes_for
+from mechid.kernel.source import generate, lanes_for, text_of_loop
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.simulation.simulator import CLOSE_STEPS
@@ -65,7 +65,7 @@ class Source:
     def module(self) -> Module:
         """The kernel, without the parts for sensitivities if these are not requested."""
         lanes = lanes_for(len(self.free)) if self.sensitive else 0
-        parts = [generate(self.plant, lanes), _of_file(self.handover.mechanism)]
+        parts = [text_of_loop("mechid.kernel", "fours"), generate(self.plant, lanes), _of_file(self.handover.mechanism)]
         if self.sensitive:
             parts.append(_of_file_slopes(self.handover.mechanism, self.free, lanes))
         return fold_zeros(module_of("\n\n".join(parts)), () if self.sensitive else ("sensitive",))

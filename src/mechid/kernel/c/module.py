@@ -21,6 +21,10 @@ ENTRIES = ("begin", "run", "of_file", "of_file_slopes")
 """Functions that are called from outside."""
 
 
+HINTS = ("apart", "in_vectors")
+"""Functions that only say how Numba compiles the function that calls them."""
+
+
 @dataclass(frozen=True, eq=False)
 class Module:
     """Parts of a kernel's text.
@@ -52,7 +56,12 @@ def module_of(text: str) -> Module:
 
 
 class _Bare(ast.NodeTransformer):
-    """Removes the conversions of arrays to bare pointers, which C arrays are already."""
+    """Removes the conversions of arrays to bare pointers, which C arrays are already, and hints to Numba's compiler."""
+
+    def visit_Expr(self, node: ast.Expr) -> Any:
+        """Remove a hint."""
+        call = node.value
+        return None if isinstance(call, ast.Call) and ast.unparse(call.func) in HINTS else node
 
     def visit_Assign(self, node: ast.Assign) -> Any:
         """Keep the pairs of an assignment that are not such conversions."""

@@ -39,6 +39,7 @@ from mechid.kernel.loop.plant import (
     AT_K_NEW,
     AT_KNOWN,
     AT_MID,
+    AT_ONE,
     AT_OTHER,
     AT_REGULAR,
     AT_TIME,
@@ -94,6 +95,7 @@ def begin(
     """
     p, directions, discrete, w = numbers(p), numbers(directions), numbers(discrete), numbers(w)
     fill(w, 0, SIZE, 0.0)
+    w[AT_ONE] = 1.0
     for i in range(NU):
         w[AT_U + i] = inputs[i]
     start(p, theta_0, w, AT_X)

@@ -5,13 +5,17 @@ It knows no physics, only states, guards, edges and samples. One text serves all
 
 from __future__ import annotations
 
-from mechid.kernel.loop.plant import INNER, MOST_GUARDS, NG, NS, NY, Numbers, njit
+from mechid.kernel.loop.plant import INNER, MOST_GUARDS, NG, NS, NSEED, NY, Numbers, njit
 
 OK, DIVERGED, CHATTER = 0, 1, 2
 NEXT_SAMPLE, EDGE, EVENTS, STALE, ROWS, MODE = 0, 1, 2, 3, 4, 5  # places in `discrete`; modes, then armed guards
 ARMED = MODE + NS
 GROUPS = ARMED + NS * MOST_GUARDS  # what moves in each group of lanes
-DISCRETE = GROUPS + NG
+OWN = GROUPS + NG  # whether a group moves parameters of the filter
+LAYERS = OWN + NG  # first layer of each group, and end of the last one's; `lay_directions` fills them
+# Of each layer: its rows, the coefficients of its four lanes, whether it adds to another.
+LAYER, LAYER_SIZE = LAYERS + NG + 1, 6
+DISCRETE = LAYER + LAYER_SIZE * NG * NSEED
 GRID_START, GRID_INTERVAL, GRID_STEP, GRID_CLOSE = 0, 1, 2, 3  # places in `grid`
 EVENT_TIME, EVENT_SWITCH, EVENT_BEFORE, EVENT_AFTER, EVENT_SLOPE, EVENT_RISE = 0, 1, 2, 3, 4, 5  # and of an event
 EVENT_LANES = EVENT_RISE + NY

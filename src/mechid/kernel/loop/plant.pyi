@@ -66,17 +66,23 @@ NPOINT: int
 TERMS: int
 NONE: int  # no switch, no guard
 NG: int
+NSEED: int  # pairs of a node and a parameter that affects it directly
+NFORCED: int  # nodes in them
 LANES_PER_GROUP: int
 GROUP_SIZE: int
 ROW_S: int
 ROW_SZ: int
 ROW_DIR: int
 ROW_DTAU: int
+ROW_FORCE: int
 SIZE: int
 MOST_GUARDS: int
 GUARD_FIRST: Table
 GUARD_COUNT: Table
 GUARD_TARGET: Integers
+SEED_FIRST: Integers
+SEED_COEFFICIENT: Integers
+SEED_PARAMETER: Integers
 IN_DRIVE: Integers
 
 # Where each part of the workspace begins, and where some end.
@@ -84,6 +90,9 @@ AT_X: int
 AT_X_NEW: int
 AT_X_TRY: int
 AT_POINTS: int
+AT_ONE: int
+AT_SCALE: int
+AT_TANGENT: int
 AT_TIME: int
 AT_Z: int
 AT_U: int
@@ -143,3 +152,5 @@ def carry_lanes(w_: Numbers, g: int, h: float, prop_at: int) -> None: ...
 def carry_filter_lanes(w_: Numbers, g: int, prop_at: int) -> None: ...
 def measure_group(w_: Numbers, g: int, J_: Numbers, to: int) -> None: ...
 def constants(p_: Numbers, w_: Numbers) -> None: ...
+def force_filter(w_: Numbers, g: int) -> None: ...
+def put_turned(w: Numbers, to: int, a: int, b: int, c: int, d: int, scale: int, add: int) -> None: ...
