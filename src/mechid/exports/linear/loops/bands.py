@@ -96,7 +96,7 @@ class LoopNumbers:
 def loop_numbers(nominal: Loop, draws: Sequence[Loop]) -> LoopNumbers:
     """Return the numbers of a loop, with bands over the same loop around drawn plants."""
     own, stable = margins_of(nominal.open), [unstable_pole(loop.closed) is None for loop in draws]
-    drawn = [_signed(margins_of(loop.open), ok) for loop, ok in zip(draws, stable, strict=True)]
+    drawn = [_sign_unstable(margins_of(loop.open), ok) for loop, ok in zip(draws, stable, strict=True)]
     bands = {
         name: band_of(getattr(own, name), [getattr(one, name) for one in drawn])
         for name in ("gain_dB", "reduction_dB", "phase_deg", "delay_s", "sensitivity_peak")
@@ -150,7 +150,7 @@ class StepResponse:
 def step_response(nominal: Sampled, draws: Sequence[Sampled], reference: str, outputs: Sequence[str]) -> StepResponse:
     """Return the response to a unit step of a reference; the first of `outputs` leads."""
     count = _step_samples(nominal, reference, outputs[0])
-    every = _stepped([one.select((reference,), outputs) for one in (nominal, *draws)], count)
+    every = _step_all([one.select((reference,), outputs) for one in (nominal, *draws)], count)
     lead, times = every[:, :, 0], np.arange(count) * nominal.period_s
     end = lead[:, -1:]
     over = np.maximum(np.max(lead - end, axis=1), 0.0)
@@ -180,7 +180,7 @@ def _step_samples(closed: Sampled, reference: str, output: str) -> int:
     return int(min(max(TIME_CONSTANTS / -math.log(slowest), 20.0), MOST_STEPS)) + 1
 
 
-def _stepped(systems: Sequence[Sampled], count: int) -> FloatArray:
+def _step_all(systems: Sequence[Sampled], count: int) -> FloatArray:
     """Return the outputs of systems of one size under a unit step, (N, count, n_y)."""
     A, B, C, D = (np.array([one.matrices.all[k] for one in systems]) for k in range(4))
     x, out = np.zeros((len(systems), A.shape[1], 1)), np.empty((count, len(systems), C.shape[1], 1))
@@ -190,7 +190,7 @@ def _stepped(systems: Sequence[Sampled], count: int) -> FloatArray:
     return np.asarray(np.swapaxes(out[..., 0], 0, 1), dtype=np.float64)
 
 
-def _signed(margins: Margins, stable: bool) -> Margins:
+def _sign_unstable(margins: Margins, stable: bool) -> Margins:
     """Return margins whose gain and phase are negative for an unstable loop."""
     if stable:
         return margins
