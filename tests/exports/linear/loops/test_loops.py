@@ -21,6 +21,16 @@ DRAWS = 30
 CURRENT = "[current_loop]\nkp = 100.0\nki = 20000.0\nsample_rate_hz = 10000.0\n"
 
 
+POSITION = """
+[position_loop]
+kp = 100.0
+ki = 20000.0
+kd = 0.4
+sample_rate_hz = 1000.0
+notch = { depth = 0.2 }
+"""
+
+
 @pytest.fixture(scope="module", autouse=True)
 def few_draws():
     """Let the bands be of few draws, which is enough to see their width."""
@@ -44,7 +54,7 @@ def write_design(tmp_path_factory):
 @pytest.fixture(scope="module")
 def linear(paper, write_design):
     """Return the paper's models with their current loops."""
-    design = read_loop_file(write_design(CURRENT))
+    design = read_loop_file(write_design(CURRENT + POSITION, "both.toml"))
     return linear_of(paper, Options(rates=(), samples=2, seed=7, loop=design))
 
 
@@ -83,6 +93,44 @@ def test_the_step_ends_at_the_reference(linear):
     assert ends["current_phase_b"] == pytest.approx(1.0, abs=0.02)
     assert ends["current_phase_a"] == pytest.approx(0.0, abs=1e-12)
     assert ends["control_added_voltage_phase_b"] == pytest.approx(9.9, rel=0.05)
+
+
+def test_the_position_loop_is_around_the_model_whose_rotor_moves(linear):
+    """Truth: friction holds the other; the notch stands at the drive-train mode, 46 Hz of the linear model."""
+    assert list(linear.loops.position) == ["free"]
+    one = linear.loops.position["free"]
+    poles = np.linalg.eigvals(linear["free"].matrices.A)
+    slow = np.abs(poles[poles.imag > 0]).min() / (2.0 * np.pi)
+    assert one.mode_hz == pytest.approx(slow, rel=0.02)
+    assert one.notch.frequency_hz == one.mode_hz
+    assert one.sign == 1.0
+    assert float(one.closed.step.outputs["output_angle"].value[-1]) == pytest.approx(1.0, abs=0.02)
+    own, expected = one.closed.loop.open, one.closed.numbers.margins
+    assert abs(own.response([expected.phase_frequency_hz])[0, 0, 0]) == pytest.approx(1.0, abs=1e-9)
+    assert one.trade[0].depth is None
+    assert "Position loop" in " ".join(linear.words)
+
+
+def test_the_nonlinear_equations_have_the_same_margins(linear):
+    """Truth: swept sines through them, 0.3 dB and 1 deg required."""
+    loops = [one for model in linear.loops.current.values() for one in model.values()]
+    loops.append(linear.loops.position["free"].closed)
+    assert len(loops) == 5
+    for one in loops:
+        assert abs(one.sweep.gain_error_dB) < 0.05
+        assert abs(one.sweep.phase_error_deg) < 0.1
+    assert "5 of 5 loops have the same margins" in linear.words[-1]
+
+
+def test_a_sensor_that_no_current_moves_is_refused(paper, write_design):
+    """Truth: a motor alone has no output angle besides its rotor's."""
+    alone = mechanism_of({"assembly": "current_driven_stepper", **SINGLE_STEPPER})
+    driven = replace(paper, mechanism=alone, names=(), covariance=np.zeros((0, 0)), trials=())
+    design = read_loop_file(write_design(POSITION, "position.toml"))
+    with pytest.raises(
+        InputFileError, match=r"position.toml: position_loop.sensor: the currents do not move output_angle"
+    ):
+        linear_of(driven, Options(rates=(), samples=0, loop=design))
 
 
 def test_both_files_have_the_loops(paper, write_design, tmp_path):

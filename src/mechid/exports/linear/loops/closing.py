@@ -8,7 +8,6 @@ the currents -I cos(theta), I sin(theta) change by q sin(theta), q cos(theta), a
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -138,6 +137,9 @@ def drive_train_mode(plant: Sampled, sensor: str) -> tuple[float, float] | None:
     return modes[int(np.argmax(peaks))]
 
 
-def signal_units(plant: DrivenPlant, units: Mapping[str, str]) -> str:
-    """Return the unit of the quadrature command."""
-    return units[plant.phases[0]]
+def moves_sensor(plant: Sampled, design: LoopDesign) -> bool:
+    """Return whether the quadrature command moves the sensor: friction may hold the rotor."""
+    assert design.position is not None
+    if design.position.sensor not in plant.outputs:
+        return False
+    return bool(np.any(plant.select((QUADRATURE,), (design.position.sensor,)).response([0.1 * plant.nyquist_hz])))

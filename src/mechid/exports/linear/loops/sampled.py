@@ -93,7 +93,7 @@ def hold(
 ) -> Sampled:
     """Sample a continuous system with held inputs, of which `delayed` act `delay_s` late."""
     columns = [list(inputs).index(name) for name in delayed]
-    whole, late = _split(delay_s / period_s)
+    whole, late = split_delay(delay_s / period_s)
     phi, gamma = _flow(plant, period_s)
     early, new = _flow(plant, period_s * (1.0 - late))
     old = early @ _flow(plant, period_s * late)[1]
@@ -164,7 +164,7 @@ def series(first: Sampled, second: Sampled) -> Sampled:
     return Sampled(joined, first.period_s, first.inputs, second.outputs)
 
 
-def _split(samples: float) -> tuple[int, float]:
+def split_delay(samples: float) -> tuple[int, float]:
     """Return a delay as whole samples and a fraction."""
     whole = math.floor(samples + ROUNDING)
     late = samples - whole
