@@ -190,7 +190,7 @@ def _measure(
     """Add the sweeps of one model's loops through the nonlinear equations."""
     name = plant.model.name
 
-    def measured(closed: ClosedLoop, driven: str, words: str) -> ClosedLoop:
+    def sweep_one(closed: ClosedLoop, driven: str, words: str) -> ClosedLoop:
         sweep = sweep_loop(plant, design, closed.loop, driven)
         if sweep:
             refuse_departure(sweep, words)
@@ -198,10 +198,10 @@ def _measure(
 
     if name in current:
         loops = current[name].items()
-        own = {phase: measured(one, one.loop.controller.outputs[0], f"current loop of {phase}") for phase, one in loops}
+        own = {x: sweep_one(one, one.loop.controller.outputs[0], f"current loop of {x}") for x, one in loops}
         current = {**current, name: own}
     if name in position:
-        closed = measured(position[name].closed, QUADRATURE, "position loop")
+        closed = sweep_one(position[name].closed, QUADRATURE, "position loop")
         position = {**position, name: replace(position[name], closed=closed)}
     return current, position
 
