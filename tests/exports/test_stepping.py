@@ -11,13 +11,14 @@ from mechid.exports.stepping import steppings
 from mechid.simulation.simulator import TimeBase
 
 COSINE = np.array(nominal_table(4))
+BASE = TimeBase(1000.0, 1000)
 UNEQUAL = np.where(np.arange(16)[:, None] < 8, 0.9, 1.0) * COSINE
 
 
 @dataclass(frozen=True)
 class Run:
     command: Command
-    base: TimeBase = TimeBase(1000.0, 1000)
+    base: TimeBase = BASE
 
 
 def micro(rate, table=None, angle=0.0):
