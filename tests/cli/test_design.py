@@ -63,6 +63,7 @@ def test_the_proposed_campaign_can_be_driven_and_looked_at_again(run, designed, 
         assert now["planned"] == (before["chosen"] and pytest.approx(before["chosen"], rel=1e-6)), now["name"]
 
 
+@pytest.mark.slow
 def test_after_a_fit_its_records_are_there_already(run, staged, tmp_path):
     """Truth: what is known now is what the fit reports; what it held because no record told it is open again."""
     fit, out = tmp_path / "fit", tmp_path / "out"
@@ -80,6 +81,7 @@ def test_after_a_fit_its_records_are_there_already(run, staged, tmp_path):
     assert known["gear.stiffness"]["chosen"] < 0.9 * known["gear.stiffness"]["planned"]
 
 
+@pytest.mark.slow
 def test_one_parameter_can_be_the_aim(run, planned, tmp_path):
     """Truth: of one mechanism the criterion is the logarithm of that parameter's error over its value."""
     text = SMALL.replace("mechanisms = 2", "mechanisms = 1")

@@ -85,6 +85,7 @@ def test_small_priors_are_of_both_parts_of_a_pair_and_have_their_derivative():
     assert J @ step == pytest.approx(wide.coordinates.prior_rows(at + step)[0] - away, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("allowed", [True, False])
 def test_records_are_followed_although_the_file_lacks_a_harmonic(allowed):
     """Truth: the mechanism that made the records, with a harmonic of the torque constant that the file lacks."""

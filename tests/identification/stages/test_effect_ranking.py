@@ -81,6 +81,7 @@ def test_effects_of_every_kind_are_compared_over_the_first_seconds(uneven):
     assert any(name.startswith("stepper.detent:") for name in scores)
 
 
+@pytest.mark.slow
 def test_the_number_of_periods_of_a_detent_is_exact_over_whole_records():
     """Truth: 130 periods; the scan in steps passes over it, its neighbours are compared again."""
     made = detent_bench(0.6)
