@@ -65,9 +65,9 @@ def test_simulated_records_are_all_there_or_none(refused, folder, tmp_path, monk
 @pytest.mark.parametrize("verb", ["simulate", "design", "budget"])
 def test_a_folder_that_is_a_file_is_told_before_the_work(refused, folder, tmp_path, budget_file, verb, monkeypatch):
     """Truth: nothing is simulated; the work would fail the test."""
-    monkeypatch.setattr("mechid.budgets.budget.make_budget", None)
-    monkeypatch.setattr("mechid.designs.design.make_design", None)
-    monkeypatch.setattr("mechid.campaign.prediction.simulate_all", None)
+    monkeypatch.setattr("mechid.budgets.run.make_budget", None)
+    monkeypatch.setattr("mechid.designs.run.make_design", None)
+    monkeypatch.setattr("mechid.simulations.run.simulate_all", None)
     out = tmp_path / "taken"
     out.write_text("mine")
     line = refused(2, verb, budget_file if verb == "budget" else folder, "--out", out / "deeper")
