@@ -45,6 +45,7 @@ def test_a_design_of_records_without_files(designed):
             assert (out / "figures" / f"{name}.{suffix}").stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_the_proposed_campaign_can_be_driven_and_looked_at_again(run, designed, tmp_path):
     """Truth: the proposal read back has the commands chosen, and a design of it predicts the same errors."""
     out, again = shutil.copytree(designed[0], designed[0].parent / "copy"), tmp_path / "again"

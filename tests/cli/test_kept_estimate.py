@@ -131,7 +131,7 @@ def quiet():
     ("marker", "group", "count"),
     [
         (ASKING, False, 1),
-        (DRAWING, False, 2),
+        pytest.param(DRAWING, False, 2, marks=pytest.mark.slow),
         pytest.param(DRAWING, True, 1, marks=pytest.mark.slow),
         pytest.param(ASKING, True, 1, marks=pytest.mark.slow),
         pytest.param(ASKING, False, 2, marks=pytest.mark.slow),

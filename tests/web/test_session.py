@@ -144,6 +144,7 @@ def test_the_course_of_a_fit_that_explains_nothing_ends_as_far_off_as_its_record
     assert max(before.values()) > 2.0
 
 
+@pytest.mark.slow
 def test_what_is_held_stays_and_a_fit_that_is_cancelled_changes_nothing(session):
     session.set_free("gear.damping", is_free=False)
     session.turn("gear.damping", 0.4)

@@ -19,7 +19,8 @@ from synthetic import COMMANDS, TRUTH, bench, campaign, displaced, measured, rec
 NAMES = ["stepper.torque_harmonic:3", "stepper.detent:0.9deg", "gear.kinematic_error:2"]
 
 
-@pytest.mark.parametrize("grown_only", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("grown_only", [True, False])
 def test_a_superset_at_its_null_is_the_mechanism(grown_only):
     """Truth: the mechanism itself; what its terms are worth at null is nothing but rounding."""
     plain = truth()

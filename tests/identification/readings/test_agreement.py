@@ -95,7 +95,8 @@ def test_a_gain_that_is_off_is_found():
     assert [one.name for one in fit.missing] == ["record.gain"]
 
 
-@pytest.mark.parametrize("limit", [as_written_only, pytest.param(lambda bench: bench, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", [as_written_only, lambda bench: bench])
 def test_an_undeclared_time_offset_is_found_and_estimated(limit):
     """Truth: the record was shifted by 3 ms against its command; within 5 standard errors and 1 us."""
     bench = limit(made("full_46", late_s=LATE_S))
