@@ -17,7 +17,6 @@ KINDS = (
     "gear.kinematic_error",
     "friction.directional",
     "record.delay",
-    "record.gain",
     "clock",
 )
 """What a diagnosis looks for here: no other laws, each of which has a kernel of its own to compile."""
