@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from mechid.campaign.templates import new_campaign
     from mechid.checks.run import Understanding, check
     from mechid.command.rate import RateProfile
+    from mechid.command.step_timing import paired_steps, shaped_ramp, shaped_rate, staggered_steps
     from mechid.command.stepping import Command
     from mechid.comparisons.run import compare
     from mechid.demos.run import demo
@@ -90,6 +91,7 @@ _NAMES = {
     "campaign.templates": ("new_campaign",),
     "checks.run": ("Understanding", "check"),
     "command.rate": ("RateProfile",),
+    "command.step_timing": ("paired_steps", "shaped_ramp", "shaped_rate", "staggered_steps"),
     "command.stepping": ("Command",),
     "comparisons.run": ("compare",),
     "demos.run": ("demo",),
@@ -210,10 +212,14 @@ __all__ = [
     "make_record",
     "new_campaign",
     "open_results",
+    "paired_steps",
     "profile",
     "report",
+    "shaped_ramp",
+    "shaped_rate",
     "simulate",
     "simulate_all",
+    "staggered_steps",
     "validate",
     "write_campaign",
     "write_mechanism",

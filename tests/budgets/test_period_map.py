@@ -10,6 +10,7 @@ from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orbit import multipliers
 from mechid.budgets.period_map import PeriodMap
 from mechid.command import Command, RateProfile
+from mechid.command.phase_table import nominal_table
 
 FULL = Command(stepping="full", microsteps=1, rate=RateProfile.constant(1.0), start_angle_deg=45.0)
 MICRO = replace(FULL, stepping="micro", microsteps=16, start_angle_deg=0.0)
@@ -38,6 +39,17 @@ def test_the_maps_derivative_is_that_of_differences(flying, command, rate):
         np.testing.assert_allclose(
             image.by_state[:, k] * image.size[k] / image.size, expected * image.size[k] / image.size, atol=2e-5
         )
+
+
+def test_a_table_of_unequal_half_periods_repeats_after_an_electrical_period(flying):
+    """Truth: the settled motion of a simulation, which comes back to itself; the cosine's does after two steps."""
+    table = np.where(np.arange(16)[:, None] < 8, 0.9, 1.0) * np.array(nominal_table(4))
+    shaped = Command(stepping="micro", microsteps=4, rate=RateProfile.constant(1.0), table=tuple(map(tuple, table)))
+    assert period_map(flying, replace(shaped, table=()), 46.0).steps == 2
+    period = period_map(flying, shaped, 46.0)
+    assert period.steps == 4
+    x = period.state_after(None, 150)
+    np.testing.assert_allclose(period.state_after(x, 1), x, atol=1e-4 * np.abs(x).max())
 
 
 def test_a_linear_mechanism_in_closed_form(flying):

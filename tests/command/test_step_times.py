@@ -1,11 +1,18 @@
 """Commands by the instants of their steps. Truth: the instants themselves."""
 
+import hashlib
+
 import numpy as np
 import pytest
 
 import mechid
+from mechid.campaign import mechanism_text
+from mechid.campaign.campaign_writer import command_text
+from mechid.campaign.planned_record import planned_duration_s
 from mechid.command import Command
+from mechid.command.words import command_words
 from mechid.errors import UsageError
+from mechid.identification.output_error.digests import file_digests
 
 RNG = np.random.default_rng(5)
 IRREGULAR = np.cumsum(RNG.uniform(1e-3, 0.2, 300))
@@ -89,6 +96,26 @@ def test_wrong_files_are_refused_with_their_line(tmp_path, text, said):
         Command.from_entries({"stepping": "full", "step_times": "steps.csv"}, tmp_path)
     assert str(tmp_path / "steps.csv") in str(refused.value)
     assert said in str(refused.value)
+
+
+def test_they_are_described_written_and_followed_by_a_rest(tmp_path):
+    """Truth: the instants; the planned record goes on for 1 s, in which the last swing decays."""
+    forward, turned = command([0.1, 0.25, 0.3]), command([[0.1, 1], [0.25, -1]])
+    assert command_words(forward) == "full stepping by 3 steps at stated instants up to 0.3 s, from 0 deg"
+    assert command_words(command([0.5])) == "full stepping by one step, from 0 deg"
+    assert command_text(forward) == '{ stepping = "full", step_times = [0.1, 0.25, 0.3] }'
+    assert command_text(turned) == '{ stepping = "full", step_times = [[0.1, 1], [0.25, -1]] }'
+    assert planned_duration_s(forward) == pytest.approx(1.3)
+    texts = {
+        "steps.csv": "time_s\n0.1\n",
+        "m.toml": mechanism_text(mechid.catalogue_mechanism()),
+        "campaign.toml": 'mechanism = "m.toml"\n[[record]]\nname = "a"\n'
+        'command = { stepping = "full", step_times = "steps.csv" }\n',
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    digests = file_digests(mechid.load_campaign(tmp_path, need_files=False))
+    assert digests == {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
 
 
 def test_a_rate_beside_them_is_refused():

@@ -22,7 +22,7 @@ from mechid.command import RateProfile
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.block import State
-from mechid.simulation.repetition import MIRRORED, Repetition, repetition
+from mechid.simulation.repetition import Repetition, repetition
 from mechid.simulation.simulator import Run, Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
 
@@ -97,7 +97,7 @@ class PeriodMap:
     @cached_property
     def repetition(self) -> Repetition:
         """Symmetry after which the motion may repeat within `MOTION.longest_s`."""
-        return repetition(self.mechanism, MOTION.longest_s * self.rate)
+        return repetition(self.mechanism, MOTION.longest_s * self.rate, self.mode.command.mirrored_steps)
 
     @property
     def repeats(self) -> bool:
@@ -107,7 +107,7 @@ class PeriodMap:
     @property
     def steps(self) -> int:
         """Full steps in a period; for a motion that cannot repeat, the period of the voltages."""
-        return self.repetition.steps or MIRRORED
+        return self.repetition.steps or self.mode.command.mirrored_steps
 
     @property
     def duration_s(self) -> float:

@@ -100,6 +100,8 @@ class CampaignRecord:
         Samples of the file; None if it was not read.
     clock_reference : {"recorder", "driver"}
         The clock taken as true where the driver's clock and the recorder's differ.
+    command_files : tuple of Path
+        Files with the command's instants or phase values.
     """
 
     name: str
@@ -113,6 +115,7 @@ class CampaignRecord:
     stretch_s: float = 0.0
     data: Record | None = None
     clock_reference: ClockReference = "recorder"
+    command_files: tuple[Path, ...] = ()
 
     def __repr__(self) -> str:
         state = "planned" if self.data is None and self.file is None else repr(self.data) if self.data else "not read"

@@ -17,6 +17,7 @@ from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.templates import MECHANISM_NAME
 from mechid.campaign.toml_file import toml_number, toml_text
 from mechid.command import Command
+from mechid.command.step_times import StepProfile
 from mechid.errors import UsageError
 from mechid.records.in_memory import TIME, SampleColumns
 from mechid.writing import write_together
@@ -106,7 +107,11 @@ def command_text(command: Command) -> str:
     if command.stepping == "micro":
         entries["microsteps"] = command.microsteps
     times, rates = command.rate.times_s, command.rate.rates
-    if len(times) == 1:
+    if isinstance(command.rate, StepProfile):
+        steps = command.rate.steps
+        forward = all(way > 0 for _, way in steps)
+        entries["step_times"] = [time for time, _ in steps] if forward else [list(step) for step in steps]
+    elif len(times) == 1:
         entries["rate"] = rates[0]
     else:
         entries["rate_profile"] = [list(point) for point in zip(times, rates, strict=True)]

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from mechid.campaign.campaign import CampaignRecord
 from mechid.command import Command, MeasuredCommand
+from mechid.command.step_times import StepProfile
 
 SAMPLE_RATE_HZ, DURATION_S = 10_000.0, 1.0
 """Defaults if neither the user, the record, the command nor another record's file gives a value."""
@@ -24,7 +25,12 @@ def planned_rate_hz(record: CampaignRecord, known: Iterable[float] = ()) -> floa
 
 
 def planned_duration_s(command: Command, default_s: float = DURATION_S) -> float:
-    """Return the duration in s of a planned record: the end of its rate profile, else the default."""
+    """Return the duration in s of a planned record: the end of its rate profile, else the default.
+
+    Steps at instants of their own are followed by the default, in which the swing of the last one decays.
+    """
+    if isinstance(command.rate, StepProfile):
+        return command.rate.steps[-1][0] + default_s
     return profile_end_s(command) or default_s
 
 

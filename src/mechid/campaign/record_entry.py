@@ -44,6 +44,8 @@ BEGIN_KEYS = (START_STATE, BURN_IN, STRETCH)
 KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", "test_stand", *BEGIN_KEYS, *OWN_KEYS)
 TOP_KEYS = ("mechanism", "identify", "stage")
 EXTERNAL_REMEDY = 'write the names as they stand in the file, as external_files = ["part_1.h5"]'
+COMMAND_FILES = ("step_times", "table")
+"""Entries of a command that may name a file whose digest a fit keeps; those of rate tables are not in older fits."""
 START_KEYS = ("start_angle_deg", "start")
 COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'
 
@@ -95,6 +97,7 @@ def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: 
         name=name,
         use="estimate" if use == "estimate" else "validate",
         command=_command(table, spec, place, folder),
+        command_files=_command_files(table.get("command"), folder),
         spec=spec,
         file=folder / file if file else None,
         matches=read_matches(table.get("channels"), place.key("channels"), own=projections),
@@ -124,6 +127,12 @@ def _command(table: Mapping[str, Any], spec: RecordSpec, place: Place, folder: P
         return MeasuredCommand(start_angle_deg=angle, start=cast(Start, start))
     except UsageError as error:
         raise InputFileError(f"{at}.{error}") from error
+
+
+def _command_files(entry: Any, folder: Path) -> tuple[Path, ...]:
+    """Return the files that a step command names, which it has read."""
+    found = (entry.get(key) for key in COMMAND_FILES) if is_table(entry) else ()
+    return tuple(folder / name for name in found if isinstance(name, str))
 
 
 def _refuse_unknown(table: Mapping[str, Any], place: Place) -> None:

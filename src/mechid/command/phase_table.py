@@ -22,6 +22,8 @@ PhaseTable: TypeAlias = tuple[tuple[float, float], ...]
 COLUMNS = ("microstep", "phase_a", "phase_b")
 MOST = 1.5
 """Largest value: a table that shapes its peaks needs a few per cent above 1; percentages and codes are far above."""
+SAME = 1e-12
+"""Difference of two values that counts as rounding."""
 ROWS_A_FULL_STEP = 4
 """Rows of a table for each microstep of a full step: an electrical period has four full steps."""
 
@@ -97,6 +99,23 @@ def read_phase_table(path: Path) -> list[list[float]]:
             raise InputFileError(f"{path}: line {line}: found {format_found(','.join(cells))}; {remedy}")
         rows.append(values)
     return rows
+
+
+def symmetry_deg(table: PhaseTable) -> float:
+    """Return the smallest of 90, 180 and 360 deg by which the electrical angle may turn with the phases' roles.
+
+    Over 90 deg the cosine's table has e_A' = e_B and e_B' = -e_A; over 180 deg both signs change.
+
+    Examples
+    --------
+    >>> symmetry_deg(nominal_table(4))
+    90.0
+    """
+    e = np.array(table)
+    quarter = len(e) // ROWS_A_FULL_STEP
+    if np.allclose(np.roll(e, -quarter, axis=0), np.stack((e[:, 1], -e[:, 0]), axis=1), rtol=0.0, atol=SAME):
+        return 90.0
+    return 180.0 if np.allclose(np.roll(e, -2 * quarter, axis=0), -e, rtol=0.0, atol=SAME) else 360.0
 
 
 def phase_table_text(table: PhaseTable) -> str:

@@ -7,8 +7,9 @@ for its rate or travel has them. The first step is approached at the rate to the
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -18,11 +19,19 @@ from mechid.command.rate import RateProfile
 from mechid.command.rate_table import TIME_NAME, rows_of_table
 from mechid.errors import InputFileError, UsageError
 
+Step: TypeAlias = tuple[float, int]
 DIRECTION = "direction"
 DIRECTIONS = (1, -1)
 
 
-def profile_of_steps(times_s: Sequence[float], directions: Sequence[int], steps_per_full_step: int) -> RateProfile:
+@dataclass(frozen=True)
+class StepProfile(RateProfile):
+    """Rate profile of a command by instants; `steps` holds the instant in s and the direction of each step."""
+
+    steps: tuple[Step, ...] = ()
+
+
+def profile_of_steps(times_s: Sequence[float], directions: Sequence[int], steps_per_full_step: int) -> StepProfile:
     """Return the rate profile whose steps are at given instants.
 
     Parameters
@@ -41,8 +50,11 @@ def profile_of_steps(times_s: Sequence[float], directions: Sequence[int], steps_
 
     Examples
     --------
-    >>> profile_of_steps([0.1, 0.2, 0.4], [1, 1, -1], 1)
-    RateProfile(times_s=(0.0, 0.1, 0.1, 0.2, 0.2, 0.4, 0.4), rates=(10.0, 10.0, 10.0, 10.0, -5.0, -5.0, 0.0))
+    >>> profile = profile_of_steps([0.1, 0.2, 0.4], [1, 1, -1], 1)
+    >>> profile.times_s
+    (0.0, 0.1, 0.1, 0.2, 0.2, 0.4, 0.4)
+    >>> profile.rates
+    (10.0, 10.0, 10.0, 10.0, -5.0, -5.0, 0.0)
     """
     if not len(times_s):
         raise UsageError("step_times: found none; write the instants of the steps in s")
@@ -58,18 +70,19 @@ def profile_of_steps(times_s: Sequence[float], directions: Sequence[int], steps_
     # Waiting for the first step is no motion: it is approached at the rate to the second.
     lapse[0] = min(lapse[0], lapse[1] if lapse.size > 1 else lapse[0])
     rates = np.asarray(directions, dtype=np.float64) / (lapse * steps_per_full_step)
-    return _profile_of_pieces(ends, lapse, rates)
+    steps = tuple((float(time), int(way)) for time, way in zip(times_s, directions, strict=True))
+    return StepProfile(*_breakpoints(ends, lapse, rates), steps=steps)
 
 
-def _profile_of_pieces(ends: FloatArray, lapse: FloatArray, rates: FloatArray) -> RateProfile:
-    """Return the profile of constant rates that end at given instants; 0 before the first and after the last."""
+def _breakpoints(ends: FloatArray, lapse: FloatArray, rates: FloatArray) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return times and rates of constant rates that end at given instants; 0 before the first and after the last."""
     first = float(ends[0] - lapse[0])
     times = [*([0.0] if first > 0.0 else []), first, *np.repeat(ends, 2).tolist()]
     values = [*([0.0] if first > 0.0 else []), *np.repeat(rates, 2).tolist(), 0.0]
     if first > 0.0:  # a jump from rest
         times.insert(1, first)
         values.insert(1, 0.0)
-    return RateProfile(tuple(times), tuple(values))
+    return tuple(times), tuple(values)
 
 
 def step_times_of(found: Any, steps_per_full_step: int, folder: Path = Path()) -> RateProfile:

@@ -24,7 +24,7 @@ from mechid.command.entry import (
     refuse_unknown,
 )
 from mechid.command.excitation import Excitation, most_within
-from mechid.command.phase_table import PhaseTable, checked_table, first_row, table_of, table_voltages
+from mechid.command.phase_table import PhaseTable, checked_table, first_row, symmetry_deg, table_of, table_voltages
 from mechid.command.rate import RateProfile
 from mechid.command.rate_entry import RATE_KEYS, rate_of
 from mechid.command.waveform import WAVEFORMS, Waveform, phase_voltages
@@ -166,6 +166,16 @@ class Command:
     def waveform_name(self) -> str:
         """What sets the phases at a microstep: the waveform, or "table"."""
         return "table" if self.table else self.waveform
+
+    @property
+    def symmetry_deg(self) -> float:
+        """Electrical angle by which the start may turn along the waveform, 90 deg, or less symmetric along a table."""
+        return symmetry_deg(self.table) if self.table else 90.0
+
+    @property
+    def mirrored_steps(self) -> int:
+        """Full steps after which the voltages have the opposite sign, 2; 4 if a table lacks this symmetry."""
+        return 4 if self.symmetry_deg > 180.0 else 2
 
     @property
     def start_angle_rad(self) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mechid.command.measured import MeasuredCommand
 from mechid.command.rate import RateProfile
+from mechid.command.step_times import StepProfile
 from mechid.command.stepping import Command
 
 STEPPING_WORDS = {"full": "full stepping", "half": "half stepping", "micro": "microstepping"}
@@ -27,13 +28,17 @@ def command_words(command: Command) -> str:
     odd: list[str] = [command.waveform] if command.waveform != "cosine" else []
     odd += [f"by a table of {len(command.table)} values"] if command.table else []
     odd += [START_WORDS[command.start]] if command.start in START_WORDS else []
-    words = f"{STEPPING_WORDS[command.stepping]}{count} at {_rate_words(command.rate)}"
+    words = f"{STEPPING_WORDS[command.stepping]}{count} {_rate_words(command.rate)}"
     return ", ".join([words, f"from {command.start_angle_deg:.9g} deg", *odd])
 
 
 def _rate_words(rate: RateProfile) -> str:
+    """Return the rate, or the count of steps at instants of their own, with its preposition."""
+    if isinstance(rate, StepProfile):
+        count = len(rate.steps)
+        return f"by {count} steps at stated instants up to {rate.steps[-1][0]:.9g} s" if count > 1 else "by one step"
     low, high, points = min(rate.rates), max(rate.rates), len(rate.times_s)
     span = f"{low:.9g}" if low == high else f"{low:.9g} to {high:.9g}"
     through = f" through {points} points" if points > 2 else ""
     over = f" over {rate.times_s[-1]:.9g} s" if points > 1 else ""
-    return f"{span} full steps/s{through}{over}"
+    return f"at {span} full steps/s{through}{over}"

@@ -97,7 +97,7 @@ def rate_map(mechanism: Mechanism, others: Sequence[Mechanism], command: Command
         Its rate is replaced by the sweep.
     highest : float
     """
-    sweep = _sweep(highest, max(repetition(mechanism).steps, ELECTRICAL))
+    sweep = _sweep(highest, max(repetition(mechanism, voltages=command.mirrored_steps).steps, ELECTRICAL))
     simulator = Simulator(mechanism.plant, replace(command, rate=sweep.profile), sweep.base)
     own = _amplitudes(simulator, sweep, mechanism)
     each = np.array([own, *(_amplitudes(simulator, sweep, other) for other in others)])

@@ -250,7 +250,7 @@ def _curves(
 
 
 def _steps_alike(command: Command, other: Command) -> bool:
-    return (command.stepping, command.microsteps) == (other.stepping, other.microsteps)
+    return (command.stepping, command.microsteps, command.table) == (other.stepping, other.microsteps, other.table)
 
 
 def _at_order(order: float, orders: FloatArray, values: FloatArray) -> float:

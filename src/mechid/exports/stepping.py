@@ -69,11 +69,11 @@ def steppings(trials: Sequence[Trial]) -> tuple[Stepping, ...]:
     plain = [_name(alike[0].command) for alike in found.values()]
     return tuple(
         Stepping(
-            name=name if plain.count(name) == 1 else f"{name}_{alike[0].command.start_angle_deg:g}deg",
+            name=name if plain.count(name) == 1 else f"{name}_{_apart(alike[0].command, at)}",
             command=replace(alike[0].command, start="commanded", begun_s=0.0, rate=RateProfile.constant(1.0)),
             ranges=tuple(map(_range, alike)),
         )
-        for name, alike in zip(plain, found.values(), strict=True)
+        for at, (name, alike) in enumerate(zip(plain, found.values(), strict=True), start=1)
     )
 
 
@@ -136,10 +136,14 @@ def _range(trial: Trial) -> tuple[float, float]:
 
 def _key(command: Command) -> tuple[object, ...]:
     """Return a key of the stepping mode; start angles that differ by whole steps are equivalent."""
-    # Start angles that differ by whole steps give the same motion.
-    step_deg = FULL_STEP_DEG / command.steps_per_full_step
+    # Start angles that differ by whole steps give the same motion; along a table, those by its symmetry.
+    step_deg = command.symmetry_deg if command.table else FULL_STEP_DEG / command.steps_per_full_step
     angle = round(command.start_angle_deg % step_deg / step_deg, 9) % 1.0
     return command.stepping, command.microsteps, command.waveform, command.table, command.clock_tick_s, angle
+
+
+def _apart(command: Command, number: int) -> str:
+    return f"{number}" if command.table else f"{command.start_angle_deg:g}deg"
 
 
 def _name(command: Command) -> str:

@@ -13,6 +13,7 @@ The equations are compared at random points, so that no block needs to declare a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -60,11 +61,22 @@ class Repetition:
     electrical: FloatArray
 
 
-def repetition(mechanism: Mechanism, most_steps: float = MOST_STEPS) -> Repetition:
-    """Return how the motion of a stepped mechanism may repeat within a number of full steps."""
+def repetition(mechanism: Mechanism, most_steps: float = MOST_STEPS, voltages: int = MIRRORED) -> Repetition:
+    """Return how the motion of a stepped mechanism may repeat within a number of full steps.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    most_steps : float
+        Longest repetition, in full steps.
+    voltages : {2, 4}
+        Full steps after which the voltages have the opposite sign; or, if no half period of them mirrors the other,
+        are the same (`Command.mirrored_steps`).
+    """
     steps, a_step, odd = _find_repetition(mechanism.plant, mechanism.kernel_values().tobytes())
+    steps = math.lcm(steps, voltages)
     steps = steps if steps <= most_steps else 0
-    period = steps or MIRRORED
+    period = steps or voltages
     mirrored = period % ELECTRICAL != 0
     return Repetition(
         steps=steps,

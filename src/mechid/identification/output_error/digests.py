@@ -67,8 +67,9 @@ def campaign_digests(campaign: Campaign) -> dict[str, str]:
 
 
 def file_digests(campaign: Campaign) -> dict[str, str]:
-    """Return SHA-256 by file name: of the campaign's two files as they are, of the records as they were read."""
-    own = {path.name: file_digest(path) for path in (campaign.path, campaign.mechanism_path)}
+    """Return SHA-256 by file name: of the campaign's and the commands' files as they are, of records as read."""
+    commands = [path for record in campaign.records for path in record.command_files]
+    own = {path.name: file_digest(path) for path in (*commands, campaign.path, campaign.mechanism_path)}
     return own | {r.data.path.name: r.data.digest for r in campaign.records if r.data is not None}
 
 

@@ -68,6 +68,8 @@ def _is_same(turn: float, command: Command, orders: Sequence[float]) -> bool:
     cycles = [turn * order / 360.0 for order in orders]
     if command.waveform == "square":
         cycles.append(turn / 90.0)
+    if command.table:
+        cycles.append(turn / command.symmetry_deg)
     return all(abs(c - round(c)) < SAME_CYCLES for c in cycles)
 
 

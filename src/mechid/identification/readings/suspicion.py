@@ -176,6 +176,9 @@ class _Comparison:
         contradicting = {name for name in declared if contradicts_declaration(self.spectra[name])}
         for pair in combinations(declared, 2):
             spectra = [self.spectra[name] for name in pair]
+            # A reading holds rate and stepping of another command, but not its table.
+            if any(spectrum.command.table for spectrum in spectra):
+                continue
             commands = [_command_of(spectrum.whole) for spectrum in spectra[::-1]]
             if contradicting.isdisjoint(pair) or all(
                 reinterpret_command(spectrum.command, one) == spectrum.command
