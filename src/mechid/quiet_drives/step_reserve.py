@@ -1,0 +1,96 @@
+"""Torque reserve against step loss, with and without a table.
+
+The reserve at a rate is the dry friction at the rotor that may be added before steps are lost, in a run that starts at
+this rate, is held for a while and stops (`designs.step_loss.margins`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechid.arrays import FloatArray
+from mechid.designs.step_loss import add_friction, drive
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.stepper import HOLDING
+from mechid.quiet_drives.settings import QUIET
+from mechid.quiet_drives.table_command import table_command
+
+
+@dataclass(frozen=True)
+class Reserve:
+    """Torque reserve at a rate.
+
+    Attributes
+    ----------
+    rate : float
+        Full steps/s.
+    nominal_Nm, table_Nm : float
+        Of the nominal table and of the found one.
+    """
+
+    rate: float
+    nominal_Nm: float
+    table_Nm: float
+
+    @property
+    def share(self) -> float:
+        """Reserve relative to that of the nominal table; 1 where neither has any."""
+        return self.table_Nm / self.nominal_Nm if self.nominal_Nm > 0.0 else 1.0
+
+
+def reserves(mechanism: Mechanism, base: FloatArray, table: FloatArray, rates: Sequence[float]) -> tuple[Reserve, ...]:
+    """Return the torque reserves at rates in full steps/s."""
+    return tuple(
+        Reserve(rate, torque_reserve(mechanism, base, rate), torque_reserve(mechanism, table, rate)) for rate in rates
+    )
+
+
+def torque_reserve(mechanism: Mechanism, table: FloatArray, rate: float) -> float:
+    """Return the dry friction in N m that may be added at the rotor, to 1 % of the holding torque; 0 if it slips."""
+
+    def holds(torque: float) -> bool:
+        command = table_command(table, rate)
+        return not drive(add_friction(mechanism, torque), command, QUIET.reserve_s, torque=False).lost
+
+    most = mechanism.scale(HOLDING)
+    if not most or not holds(0.0):
+        return 0.0
+    good, bad = 0.0, most
+    while bad - good > QUIET.reserve_resolution * most:
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if holds(middle) else (good, middle)
+    return good
+
+
+def blend_to_reserve(
+    mechanism: Mechanism, base: FloatArray, table: FloatArray, rates: Sequence[float], least_share: float
+) -> tuple[FloatArray, float]:
+    """Return the table, moved towards the nominal one as far as the reserve requires, and the share of it kept.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    base, table : (4 n, 2)
+    rates : sequence of float
+        Full steps/s.
+    least_share : float
+        Least reserve relative to that of the nominal table.
+    """
+    nominal = {rate: torque_reserve(mechanism, base, rate) for rate in rates}
+    slack = QUIET.reserve_resolution * (mechanism.scale(HOLDING) or 0.0)
+
+    def keeps(share: float) -> bool:
+        moved = base + share * (table - base)
+        # The bisection leaves an error of the resolution in both reserves.
+        return all(torque_reserve(mechanism, moved, r) >= least_share * nominal[r] - slack for r in rates)
+
+    if keeps(1.0):
+        return table, 1.0
+    good, bad = 0.0, 1.0
+    while bad - good > QUIET.blend:
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if keeps(middle) else (good, middle)
+    return np.asarray(base + good * (table - base), dtype=np.float64), good
