@@ -152,7 +152,7 @@ WRONG = {
     "far from any key": (
         {**GOOD, "xyz": 2},
         ".xyz: unknown key; the keys of a command are stepping, microsteps, rate, rate_profile, rate_table, "
-        "start_angle_deg, waveform, start, clock_tick_s",
+        "step_times, start_angle_deg, waveform, table, start, clock_tick_s",
     ),
     "no stepping": ({"rate": 46.0}, '.stepping: missing; write one of "full", "half", "micro"'),
     "near stepping": ({**GOOD, "stepping": "mikro"}, '.stepping: found "mikro"; did you mean "micro"?'),
@@ -160,14 +160,14 @@ WRONG = {
         {**GOOD, "stepping": 16},
         '.stepping: found 16; write one of "full", "half", "micro"',
     ),
-    "no rate": (FULL, ".rate: missing; write rate = 46.0 (full steps/s), or rate_profile, or rate_table"),
+    "no rate": (FULL, ".rate: missing; write rate = 46.0 (full steps/s), or rate_profile, rate_table or step_times"),
     "two rates": (
         {**GOOD, "rate_profile": [[0, 1]]},
-        ".rate_profile: found beside rate; keep one of rate, rate_profile, rate_table",
+        ".rate_profile: found beside rate; keep one of rate, rate_profile, rate_table, step_times",
     ),
     "two other rates": (
         {**FULL, "rate_table": "rate.csv", "rate_profile": [[0, 1]]},
-        ".rate_table: found beside rate_profile; keep one of rate, rate_profile, rate_table",
+        ".rate_table: found beside rate_profile; keep one of rate, rate_profile, rate_table, step_times",
     ),
     "rate as text": ({**FULL, "rate": "46"}, '.rate: found "46"; write a finite number'),
     "boolean rate": ({**FULL, "rate": True}, ".rate: found True; write a finite number"),

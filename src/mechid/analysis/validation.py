@@ -275,7 +275,7 @@ def _driver_assumptions(command: Command) -> dict[str, str | int | float]:
         "stepping": command.stepping,
         "microsteps": command.microsteps,
         "start_angle_deg": command.start_angle_deg,
-        "waveform": command.waveform,
+        "waveform": command.waveform_name,
         "start": command.start,
     }
 

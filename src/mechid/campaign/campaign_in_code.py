@@ -84,13 +84,15 @@ def make_mechanism(table: Mapping[str, Any], *, name: str = "mechanism") -> Mech
     return mechanism_from_table(plain(table), name)
 
 
-def make_command(
+def make_command(  # noqa: PLR0913 - a command has these entries
     stepping: str,
     *,
-    rate: float | ArrayLike,
+    rate: float | ArrayLike | None = None,
+    step_times: ArrayLike | None = None,
     microsteps: int | None = None,
     start_angle_deg: float = 0.0,
     waveform: str = "cosine",
+    table: ArrayLike | str | Path | None = None,
     start: str = "commanded",
     clock_tick_s: float = 0.0,
 ) -> Command:
@@ -99,13 +101,19 @@ def make_command(
     Parameters
     ----------
     stepping : {"full", "half", "micro"}
-    rate : float or (B, 2) array
+    rate : float, (B, 2) array or None
         Full steps/s; or breakpoints of command time in s and full steps/s, interpolated linearly and held outside.
+    step_times : (E,) or (E, 2) array
+        In place of a rate: the instants of the steps in s, one step each, with 1 or -1 in the second column if the
+        direction changes.
     microsteps : int or None
         Microsteps per full step; required for micro stepping only.
     start_angle_deg : float
         Electrical angle in deg held by the coils until the first step.
     waveform : {"cosine", "square"}
+    table : (4 n, 2) array, path or None
+        Driver's table in place of the waveform, with micro stepping of n: the values of both phases at each microstep
+        of an electrical period from angle 0 on, fractions of the peak (-1 and 0 there with a cosine); or its CSV file.
     start : {"commanded", "equilibrium", "estimated"}
     clock_tick_s : float
         Period in s of the driver's step clock; 0 for steps at their exact instants.
@@ -129,8 +137,15 @@ def make_command(
         "start": start,
         "clock_tick_s": clock_tick_s,
     } | ({} if microsteps is None else {"microsteps": microsteps})
-    found = plain(np.asarray(rate).tolist())
-    return Command.from_entries(given | {"rate_profile" if isinstance(found, list) else "rate": found})
+    if table is not None:
+        is_path = isinstance(table, str | Path)
+        given["table"] = str(table) if is_path else plain(np.asarray(table).tolist())
+    if step_times is not None:
+        given["step_times"] = plain(np.asarray(step_times).tolist())
+    if rate is not None:
+        found = plain(np.asarray(rate).tolist())
+        given["rate_profile" if isinstance(found, list) else "rate"] = found
+    return Command.from_entries(given)
 
 
 def make_record(

@@ -114,6 +114,8 @@ def command_text(command: Command) -> str:
     for key in ("start_angle_deg", "waveform", "start", "clock_tick_s"):
         if getattr(command, key) != getattr(default, key):
             entries[key] = getattr(command, key)
+    if command.table:
+        entries["table"] = [list(row) for row in command.table]
     return _value(entries)
 
 

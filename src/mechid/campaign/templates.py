@@ -202,9 +202,11 @@ Each [[record]] has
     stepping         {quote_words(STEPPINGS)}; the last needs microsteps = 16 or the like
     rate             full steps/s, negative steps back; or instead of it
     rate_profile     [[0.0, 0.0], [60.0, 120.0]], times in s and full steps/s, or
-    rate_table       "rate.csv", a file with the columns time_s,rate
+    rate_table       "rate.csv", a file with the columns time_s,rate, or
+    step_times       [0.1, 0.12], the instants of the steps in s, or "steps.csv" with the column time_s
     start_angle_deg  electrical angle that the coils hold before the first step; without it 0.0
     waveform         {quote_words(WAVEFORMS)}; without it the first
+    table            "table.csv", the driver's own values of both phases, microstep,phase_a,phase_b
     start            {quote_words(STARTS)}; without it the first
     clock_tick_s     period of the driver's step clock, at whose ticks the steps come; without it 0.0, none
 and may have

@@ -9,12 +9,13 @@ from typing import Any
 from mechid.command.entry import format_found, number
 from mechid.command.rate import RateProfile, first_fault
 from mechid.command.rate_table import read_rate_table
+from mechid.command.step_times import step_times_of
 from mechid.errors import InputFileError, UsageError
 
-RATE_KEYS = ("rate", "rate_profile", "rate_table")
+RATE_KEYS = ("rate", "rate_profile", "rate_table", "step_times")
 
 
-def rate_of(table: Mapping[str, Any], folder: Path) -> RateProfile:
+def rate_of(table: Mapping[str, Any], folder: Path, steps_per_full_step: int) -> RateProfile:
     """Return the rate that a ``command`` table gives.
 
     Parameters
@@ -22,7 +23,9 @@ def rate_of(table: Mapping[str, Any], folder: Path) -> RateProfile:
     table : Mapping
         The table.
     folder : Path
-        Folder to which a relative ``rate_table`` refers.
+        Folder to which relative files refer.
+    steps_per_full_step : int
+        n of the command, by which instants of steps become a rate.
 
     Raises
     ------
@@ -31,12 +34,14 @@ def rate_of(table: Mapping[str, Any], folder: Path) -> RateProfile:
     """
     given = [key for key in RATE_KEYS if key in table]
     if not given:
-        raise UsageError("rate: missing; write rate = 46.0 (full steps/s), or rate_profile, or rate_table")
+        raise UsageError("rate: missing; write rate = 46.0 (full steps/s), or rate_profile, rate_table or step_times")
     if len(given) > 1:
         raise UsageError(f"{given[1]}: found beside {given[0]}; keep one of {', '.join(RATE_KEYS)}")
     found = table[given[0]]
     if given[0] == "rate":
         return RateProfile.constant(number("rate", found))
+    if given[0] == "step_times":
+        return step_times_of(found, steps_per_full_step, folder)
     return _profile(found) if given[0] == "rate_profile" else _from_file(found, folder)
 
 

@@ -32,7 +32,7 @@ def read_rate_table(path: Path) -> RateProfile:
     InputFileError
         The file cannot be read, has another header, or has a line that is not a breakpoint.
     """
-    rows = _rows(path)
+    rows = rows_of_table(path)
     if not rows:
         raise InputFileError(f'{path}: the file is empty; write a header line "{TIME_NAME},rate", then the rates')
     _check_header(path, rows[0][1])
@@ -46,8 +46,14 @@ def read_rate_table(path: Path) -> RateProfile:
     return RateProfile.through(points)
 
 
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Return the non-empty lines with their numbers in the file."""
+def rows_of_table(path: Path) -> list[tuple[int, list[str]]]:
+    """Return the non-empty lines of a CSV file, as cells, with their numbers in the file.
+
+    Raises
+    ------
+    InputFileError
+        The file cannot be read, or is no text.
+    """
     try:
         text = read_text(path)
         mark_as_read(path)

@@ -24,6 +24,7 @@ from mechid.command.entry import (
     refuse_unknown,
 )
 from mechid.command.excitation import Excitation, most_within
+from mechid.command.phase_table import PhaseTable, checked_table, first_row, table_of, table_voltages
 from mechid.command.rate import RateProfile
 from mechid.command.rate_entry import RATE_KEYS, rate_of
 from mechid.command.waveform import WAVEFORMS, Waveform, phase_voltages
@@ -36,7 +37,7 @@ STEPPINGS: tuple[Stepping, ...] = ("full", "half", "micro")
 STARTS: tuple[Start, ...] = ("commanded", "equilibrium", "estimated")
 FIXED_MICROSTEPS: Mapping[str, int] = {"full": 1, "half": 2}
 MOST_MICROSTEPS = 2**16
-KEYS = ("stepping", "microsteps", *RATE_KEYS, "start_angle_deg", "waveform", "start", "clock_tick_s")
+KEYS = ("stepping", "microsteps", *RATE_KEYS, "start_angle_deg", "waveform", "table", "start", "clock_tick_s")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +56,8 @@ class Command:
         Electrical angle theta_0 in degrees, held until the first step.
     waveform : {"cosine", "square"}
         Phase voltages over the electrical angle.
+    table : tuple of (float, float)
+        Driver's table of both phases in place of the waveform, (4 n, 2), as `phase_table` has it; empty for none.
     start : {"commanded", "equilibrium", "estimated"}
         The rotor starts at rest at the commanded angle, at rest at the nearest equilibrium, or in a state estimated
         from the record.
@@ -81,6 +84,7 @@ class Command:
     rate: RateProfile
     start_angle_deg: float = 0.0
     waveform: Waveform = "cosine"
+    table: PhaseTable = ()
     start: Start = "commanded"
     clock_tick_s: float = 0.0
     begun_s: float = 0.0
@@ -91,8 +95,19 @@ class Command:
         angle_deg("start_angle_deg", self.start_angle_deg)
         choose_option("waveform", self.waveform, WAVEFORMS)
         choose_option("start", self.start, STARTS)
+        self._check_table()
         if number("clock_tick_s", self.clock_tick_s) < 0.0:
             raise UsageError(f"clock_tick_s: found {self.clock_tick_s}; write a period in s, or 0 for none")
+
+    def _check_table(self) -> None:
+        """Refuse a table beside another waveform, another stepping, or a start between two of its rows."""
+        if not self.table:
+            return
+        _refuse_table(self.stepping)
+        if self.waveform != "cosine":
+            raise UsageError(f'table: found beside waveform = "{self.waveform}"; keep one of them')
+        object.__setattr__(self, "table", checked_table(self.table, self.microsteps))
+        first_row(self.start_angle_deg, self.microsteps)
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any], where: str, folder: Path) -> Command:
@@ -129,12 +144,15 @@ class Command:
         stepping = choose_option("stepping", table["stepping"], STEPPINGS)
         if "microsteps" not in table and stepping not in FIXED_MICROSTEPS:
             raise UsageError("microsteps: missing; micro stepping needs it, as microsteps = 16")
+        microsteps = table.get("microsteps", FIXED_MICROSTEPS.get(stepping))
+        _check_microsteps(microsteps, stepping)
         return cls(
             stepping=stepping,
-            microsteps=table.get("microsteps", FIXED_MICROSTEPS.get(stepping)),
-            rate=rate_of(table, folder),
+            microsteps=microsteps,
+            rate=rate_of(table, folder, microsteps),
             start_angle_deg=angle_deg("start_angle_deg", table.get("start_angle_deg", 0.0)),
             waveform=table.get("waveform", "cosine"),
+            table=_table_of(table, stepping, microsteps, folder),
             start=table.get("start", "commanded"),
             clock_tick_s=number("clock_tick_s", table.get("clock_tick_s", 0.0)),
         )
@@ -143,6 +161,11 @@ class Command:
     def steps_per_full_step(self) -> int:
         """Steps of the index in one full step, n."""
         return self.microsteps
+
+    @property
+    def waveform_name(self) -> str:
+        """What sets the phases at a microstep: the waveform, or "table"."""
+        return "table" if self.table else self.waveform
 
     @property
     def start_angle_rad(self) -> float:
@@ -185,10 +208,15 @@ class Command:
         # In chunks: the temporaries of millions of edges would take several times the memory of the result.
         for first in range(0, index.size, AT_ONCE):
             part = slice(first, first + AT_ONCE)
-            values[part] = phase_voltages(index[part], self.microsteps, self.start_angle_deg, self.waveform)
-        start = np.array([self._first_index])
-        initial = phase_voltages(start, self.microsteps, self.start_angle_deg, self.waveform)[0]
+            values[part] = self._voltages(index[part])
+        initial = self._voltages(np.array([self._first_index]))[0]
         return Excitation(initial=initial, times=times, values=values)
+
+    def _voltages(self, index: IntArray) -> FloatArray:
+        """Return e_A and e_B of step indices, (E, 2)."""
+        if self.table:
+            return table_voltages(self.table, index, self.start_angle_deg, self.microsteps)
+        return phase_voltages(index, self.microsteps, self.start_angle_deg, self.waveform)
 
     def max_edges_per_sample(self, h: float, duration_s: float) -> int:
         """Return the largest number of edges in any interval of one sample.
@@ -207,6 +235,20 @@ class Command:
         """Return the instants of the edges, on a step clock's ticks if there is one, and the index from each on."""
         times, index = step_edges(self.rate, self.microsteps, _check_duration(duration_s))
         return quantise_to_ticks(times, index, self.clock_tick_s, duration_s) if self.clock_tick_s else (times, index)
+
+
+def _table_of(table: Mapping[str, Any], stepping: Stepping, microsteps: int, folder: Path) -> PhaseTable:
+    """Return the driver's table that a ``command`` table gives, if any."""
+    if "table" not in table:
+        return ()
+    _refuse_table(stepping)
+    return table_of(table["table"], microsteps, folder)
+
+
+def _refuse_table(stepping: Stepping) -> None:
+    """Refuse a table in another stepping than microsteps."""
+    if stepping != "micro":
+        raise UsageError(f"table: found with {stepping} stepping; only micro stepping follows a table")
 
 
 def _check_duration(duration_s: float) -> float:

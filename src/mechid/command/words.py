@@ -25,6 +25,7 @@ def command_words(command: Command) -> str:
         return f"measured {' and '.join(inputs)}, from {command.start_angle_deg:.9g} deg"
     count = f" ({command.microsteps})" if command.stepping == "micro" else ""
     odd: list[str] = [command.waveform] if command.waveform != "cosine" else []
+    odd += [f"by a table of {len(command.table)} values"] if command.table else []
     odd += [START_WORDS[command.start]] if command.start in START_WORDS else []
     words = f"{STEPPING_WORDS[command.stepping]}{count} at {_rate_words(command.rate)}"
     return ", ".join([words, f"from {command.start_angle_deg:.9g} deg", *odd])

@@ -178,7 +178,7 @@ def _record(design: Design, record: PlannedRecord) -> dict[str, Any]:
         "microsteps": command.steps_per_full_step,
         "rate_profile": [list(p) for p in zip(command.rate.times_s, command.rate.rates, strict=True)],
         "start_angle_deg": command.start_angle_deg,
-        "waveform": command.waveform,
+        "waveform": command.waveform_name,
         "duration_s": record.duration_s,
         "sample_rate_hz": record.sample_rate_hz,
         "noise_Nm": record.sigma,

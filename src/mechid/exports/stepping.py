@@ -139,11 +139,11 @@ def _key(command: Command) -> tuple[object, ...]:
     # Start angles that differ by whole steps give the same motion.
     step_deg = FULL_STEP_DEG / command.steps_per_full_step
     angle = round(command.start_angle_deg % step_deg / step_deg, 9) % 1.0
-    return command.stepping, command.microsteps, command.waveform, command.clock_tick_s, angle
+    return command.stepping, command.microsteps, command.waveform, command.table, command.clock_tick_s, angle
 
 
 def _name(command: Command) -> str:
     count = str(command.microsteps) if command.stepping == "micro" else ""
-    waveform = "" if command.waveform == "cosine" else f"_{command.waveform}"
+    waveform = "" if command.waveform_name == "cosine" else f"_{command.waveform_name}"
     tick = f"_tick{1e6 * command.clock_tick_s:g}us" if command.clock_tick_s else ""
     return f"{command.stepping}{count}{waveform}{tick}"

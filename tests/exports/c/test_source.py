@@ -12,6 +12,7 @@ from fits_by_hand import fit_by_hand
 from golden_variants import VARIANTS
 from layouts import mechanism_of
 from mechid.command import Command, Excitation, RateProfile
+from mechid.command.phase_table import nominal_table
 from mechid.errors import MechidError, UsageError
 from mechid.exports.c.compiler import find_compiler
 from mechid.exports.c.source import FILES, Source
@@ -28,11 +29,17 @@ SWINGING = RateProfile.through(
     [(0.0, 10.0), (0.1, 80.0), (0.2, 80.0), (0.2, -40.0), (0.35, 0.0), (0.4, 0.0), (0.5, 90.0)]
 )
 FULL = Command(stepping="full", microsteps=1, rate=RateProfile.constant(46.0), start_angle_deg=45.0)
+SHAPED = tuple((0.9 * a + 0.1 * b * b * b, 0.95 * b - 0.1 * a * b) for a, b in nominal_table(8))
 SQUARE = Command(stepping="half", microsteps=2, rate=RateProfile.constant(30.0), waveform="square")
 TRIALS = (
     Trial("square", SQUARE, TimeBase(1e4, 3001)),
     Trial(
         "swinging", Command(stepping="micro", microsteps=8, rate=SWINGING, start_angle_deg=17.0), TimeBase(1e4, 6001)
+    ),
+    Trial(
+        "by a table",
+        Command(stepping="micro", microsteps=8, rate=SWINGING, start_angle_deg=-33.75, table=SHAPED),
+        TimeBase(1e4, 3001),
     ),
     Trial("ticking", Command(stepping="micro", microsteps=16, rate=SWINGING, clock_tick_s=3e-4), TimeBase(1e4, 3001)),
 )
@@ -151,7 +158,7 @@ SENSITIVE_MAIN = """\
 #include <stdio.h>
 #include "mechanism.h"
 static mechanism m;
-static mechanism_command command = {45.0, 1, 0, 0.0, 1, {0.0}, {46.0}};
+static mechanism_command command = {45.0, 1, 0, 0.0, 1, {0.0}, {46.0}, 0};
 int main(void)
 {
     int status = mechanism_init(&m) | mechanism_start(&m, &command, 0);

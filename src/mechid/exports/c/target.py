@@ -20,7 +20,7 @@ from mechid.exports.reference_outputs import ExportedOutput, compare_results, re
 from mechid.exports.stand import read_stand, select_mechanism
 from mechid.writing import write_atomically
 
-MOST_POINTS = 256
+MOST_POINTS, MOST_ROWS = 256, 4096
 """Most points of a rate profile, as declared in mechanism.h."""
 SENSITIVITIES = "sensitivities"
 
@@ -87,11 +87,14 @@ def _check(source: Source, folder: Path) -> Verification | None:
     """Compile the source and compare it under the commands of the records."""
     with TemporaryDirectory() as aside:
         program = compile_sources([folder / "mechanism.c", folder / "main.c"], Path(aside) / "mechanism")
-        tried = [
-            r for r in references(source.handover) if source.steps and len(r.trial.command.rate.times_s) <= MOST_POINTS
-        ]
+        tried = [r for r in references(source.handover) if source.steps and _can_follow(r.trial)]
         results = [_run(program, r.trial, Path(aside)) for r in tried]
         return compare_results(tried, results, "the C text's result")
+
+
+def _can_follow(trial: Trial) -> bool:
+    """Tell whether the compiled program has room for a command."""
+    return len(trial.command.rate.times_s) <= MOST_POINTS and len(trial.command.table) <= MOST_ROWS
 
 
 def _run(program: Path, trial: Trial, folder: Path) -> ExportedOutput:
@@ -113,6 +116,7 @@ def command_text(trial: Trial) -> str:
     """Return a command in the format of the compiled program."""
     command = trial.command
     own = (command.start_angle_deg, command.microsteps, int(command.waveform == "square"), command.clock_tick_s)
-    rows = [own, *zip(command.rate.times_s, command.rate.rates, strict=True)]
-    lines = ["start_angle_deg,microsteps,square,clock_tick_s", *(",".join(map(repr, row)) for row in rows)]
+    points = zip(command.rate.times_s, command.rate.rates, strict=True)
+    rows = [(*own, len(command.table)), *command.table, *points]
+    lines = ["start_angle_deg,microsteps,square,clock_tick_s,table_rows", *(",".join(map(repr, row)) for row in rows)]
     return "\n".join(lines) + "\n"

@@ -39,8 +39,9 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     words = [] if chosen.stand else [MOVING_BASE]
     if missing[0] is not None:
         return TargetOutput(tuple(files.values()), None, (f"Without binary, not compared: {missing[0]}.", *words))
-    # Units hold a limited number of points of a rate profile.
-    tried = [r for r in references(at_rest) if len(r.trial.command.rate.times_s) <= POINTS]
+    # Units hold a limited number of points of a rate profile, and take a table's values as their inputs only.
+    commands = [(r, r.trial.command) for r in references(at_rest)]
+    tried = [r for r, command in commands if len(command.rate.times_s) <= POINTS and not command.table]
     found = [_compare(tried, folder / name, version, unit) for version, name in files.items()]
     return TargetOutput(tuple(files.values()), _worse(found), tuple(words))
 

@@ -102,7 +102,7 @@ def sort_by_orders(forcing: Forcing, estimate: Estimate) -> OrderForcing:
         name=forcing.stepping.name,
         stepping=command.stepping,
         microsteps=command.steps_per_full_step,
-        waveform=command.waveform,
+        waveform=command.waveform_name,
         rates=forcing.mode.rates,
         orders=orders,
         lines=lines,

@@ -131,7 +131,8 @@ def reinterpret_command(command: Command, reading: Reading) -> Command:
     if reading.rate is not None:
         command = replace(command, rate=reading.rate)
     if reading.stepping is not None and reading.microsteps is not None:
-        command = replace(command, stepping=reading.stepping, microsteps=reading.microsteps)
+        # A table belongs to its number of microsteps.
+        command = replace(command, stepping=reading.stepping, microsteps=reading.microsteps, table=())
     if reading.direction < 0:
         backward = RateProfile(command.rate.times_s, tuple(-rate for rate in command.rate.rates))
         command = replace(command, rate=backward)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from mechid.kernel.batch.source import SETS
 from mechid.signal.stored_series import WritableSeries, allocate_series
 from mechid.simulation.batch import Batch
 from mechid.simulation.block import Block
+from mechid.simulation.divided import DividedRun
 from mechid.simulation.shared_runs import SHARED_RUNS, Blocks
 from mechid.simulation.simulator import Run, Simulator
 from mechid.simulation.start import Start
@@ -34,10 +36,12 @@ class Model:
     """Mechanism at any point of its coordinates, with `substeps` integration steps per sample.
 
     It keeps no state between runs: the kernel is compiled once for all, and the step edges belong to the targets.
+    The directions of a run with derivatives are shared among `threads` threads, with the same values to the last bit.
     """
 
     coordinates: Coordinates
     substeps: int = 1
+    threads: int = 1
 
     def output(self, quantity: str) -> int:
         """Return the index of a quantity among the plant's outputs."""
@@ -67,6 +71,19 @@ class Model:
             events=events,
             block=block,
         )
+
+    def run_with_derivatives(self, target: Target, q: FloatArray, stop: int, *, block: int | None = None) -> Blocks:
+        """Start the simulation with derivatives of the first `stop` samples, on `threads` threads."""
+        if self.threads == 1:
+            return self.run(target, q, stop, jacobian=True, block=block)
+        at, simulator = self.coordinates, self._simulator(target, self._start(target, q, carried=True))
+        own: dict[str, Any] = {
+            "timing": at.timing(target, q),
+            "substeps": self.substeps,
+            "samples": stop,
+            "block": block,
+        }
+        return DividedRun(simulator, at.kernel(target, q), at.directions(target, q), self.threads, events=None, **own)
 
     def shared_run(self, target: Target, q: FloatArray, stop: int, *, block: int | None = None) -> Blocks:
         """Start the simulation without derivatives of the first `stop` samples, or repeat it if it is a latest one."""
@@ -174,7 +191,7 @@ class Misfit:
         self.width = self.coordinates.size if jacobian else 0
         self.outputs = [model.output(quantity) for quantity in target.quantities]
         if run is None and jacobian:
-            run = model.run(target, q, window[1], jacobian=True, block=block)
+            run = model.run_with_derivatives(target, q, window[1], block=block)
         self.run: Blocks = run or model.shared_run(target, q, window[1], block=block)
 
     @property

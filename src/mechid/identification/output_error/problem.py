@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.computation.parallel import in_threads
+from mechid.identification.computation.parallel import in_threads, is_on_one_core
 from mechid.identification.output_error.coordinates import Coordinates, coordinates_of
 from mechid.identification.output_error.misfit import Model, Window
 from mechid.identification.output_error.reduction import (
@@ -138,17 +138,18 @@ class Problem:
         """Return ||r|| of a target at several points, simulated in batches."""
         return norms(self.model, target, points, window)
 
-    def triangle(self, target: Target, q: FloatArray, window: Window) -> Triangle:
+    def triangle(self, target: Target, q: FloatArray, window: Window, threads: int = 1) -> Triangle:
         """Return the reduced problem of a target in a window, for all its channels; the latest one is cached."""
-        return self.latest.of(self.model, target, q, window)
+        return self.latest.of(replace(self.model, threads=threads), target, q, window)
 
     def norms(self, q: FloatArray, windows: Windows) -> list[float]:
         """Return ||r|| of every target, in parallel over records."""
         return self._over_targets(self.norm, q, windows)
 
     def triangles(self, q: FloatArray, windows: Windows) -> list[Triangle]:
-        """Return the reduced problem of every target, in parallel over records."""
-        return self._over_targets(self.triangle, q, windows)
+        """Return the reduced problem of every target, in parallel over records, and a long one itself on threads."""
+        threads = self._threads_by_record(windows)
+        return self._over_targets(lambda t, at, window: self.triangle(t, at, window, threads[t.name]), q, windows)
 
     def total_norm(self, q: FloatArray, windows: Windows) -> float:
         """Return the norm of all residuals and priors, in sigmas."""
@@ -163,6 +164,14 @@ class Problem:
         """Return the contribution of the priors to a joint problem: one triangle, or none without priors."""
         away, J = self.coordinates.prior_rows(q)
         return [triangle_of_rows(away, J)] if away.size else []
+
+    def _threads_by_record(self, windows: Windows) -> dict[str, int]:
+        """Return the number of threads that share the directions of each record: its share of all samples."""
+        samples = {name: stop for name, (_, stop) in windows.items()}
+        if self.workers == 1 or is_on_one_core():
+            return dict.fromkeys(samples, 1)
+        each = max(sum(samples.values()) / self.workers, PROBLEM.fewest_to_divide)
+        return {name: max(round(n / each), 1) for name, n in samples.items()}
 
     def _over_targets(
         self, reduce: Callable[[Target, FloatArray, Window], Result], q: FloatArray, windows: Windows

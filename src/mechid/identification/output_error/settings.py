@@ -24,6 +24,8 @@ class ProblemSettings:
     fewest_in_batch: int = 3
     """Fewest points that are simulated as a batch. A batch costs as much as 3 single runs (benchmarks/batch_of_runs.py:
     0.37 to 0.4 of 8)."""
+    fewest_to_divide: int = 8192
+    """Fewest samples of a record for each thread that shares its directions; a search's short windows stay whole."""
     least_noise_share: float = 1e-6
     """Smallest noise level, as a share of a channel's standard deviation, that survives arithmetic on the channel."""
     least_amplitude_nm: float = 1e-12

@@ -108,7 +108,7 @@ def _set_common_offset(target: Target, offset: Parameter) -> Target:
 
 
 def _change_waveform(target: Target) -> Target:
-    other = next(w for w in WAVEFORMS if w != target.command.waveform)
-    command = replace(target.command, waveform=other)
+    other = next(w for w in WAVEFORMS if target.command.table or w != target.command.waveform)
+    command = replace(target.command, waveform=other, table=())
     excitation = excitation_over(command, target.base, target.latest_s)
     return replace(target, command=command, excitation=excitation)

@@ -52,7 +52,7 @@ def distinct_turns_deg(command: Command, orders: Sequence[float]) -> tuple[float
     A drive may have stood at any of its microsteps, or at a half step, since the full steps with both phases on are not
     always known. Turns that leave all detents unchanged give the same records; the smallest of them is returned.
     """
-    count = math.lcm(command.microsteps, 2) * 4
+    count = (command.microsteps if command.table else math.lcm(command.microsteps, 2)) * 4
     turns = sorted(
         (360.0 * k / count for k in range(1 - count // 2, count // 2 + 1)), key=lambda turn: (abs(turn), -turn)
     )

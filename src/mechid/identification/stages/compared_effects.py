@@ -207,15 +207,18 @@ def look_at_hum(
         if model is None or plain.explains:
             return None
         look = fit_look(model, q, journal)
-        left = f"{look.cost_per_sample:.3g} of the noise left of the first moments"
-        tell(f"{model.name}: {left}, {plain.cost_per_sample:.3g} without")
+        tell(f"{model.name}: {look.cost_per_sample:.3g} of the noise left, {plain.cost_per_sample:.3g} without")
         best = min(best, look, key=lambda one: one.cost)
-        excess = (best.cost_per_sample - 1.0) / (plain.cost_per_sample - 1.0)
-        if excess > STAGES.hum_helps:
+        if not hum_helps(best, plain):
             return None
         if best.explains:
             return best
     return best
+
+
+def hum_helps(look: FirstLook, plain: FirstLook) -> bool:
+    """Tell whether a look with hum leaves little of the misfit, beyond noise, of one without it."""
+    return look.cost_per_sample - 1.0 <= STAGES.hum_helps * (plain.cost_per_sample - 1.0)
 
 
 def look_past_stall(

@@ -14,6 +14,7 @@ from mechid.identification.effects.settings import IN_DIAGNOSIS
 from mechid.identification.output_error.problem import Windows
 from mechid.identification.stages.budget import effects_budget
 from mechid.identification.stages.compared_effects import (
+    hum_helps,
     look_at_families,
     look_at_first_moments,
     look_at_hum,
@@ -25,7 +26,7 @@ from mechid.identification.stages.first_look import FirstLook, first_windows, fi
 from mechid.identification.stages.ladder import Climb, Rung, furthest_growth, growth_as_written
 from mechid.identification.stages.settings import STAGES
 from mechid.identification.stages.single_effects import look_at_periods, look_at_singles
-from mechid.identification.stages.start_growth import grow_starts, refine_more_starts
+from mechid.identification.stages.start_growth import grow_starts, refine_best_start, refine_more_starts
 from mechid.identification.stages.term_growth import GrownModel, free_family_at_stall, grow_model, unfinished_state
 from mechid.simulation.work import WorkSpentError
 
@@ -97,19 +98,35 @@ def _grow_law(climb: Climb) -> Climb:
 def _grow_with_hum(climb: Climb) -> Climb:
     """Grow the mechanism as written with mains hum projected out.
 
-    The first moments do not distinguish hum from motion.
+    The first moments do not distinguish hum from motion. Where the records show the hum, the starts are drawn anew
+    without it, since those drawn with it in the records imitate it.
     """
+    for grid_hz in climb.families.seen_grids:
+        climb = _grow_from_starts_beside_hum(climb, grid_hz)
+    if climb.complete:
+        return climb
     points = [climb.best.q, *climb.starts[: STAGES.other_starts]]
     return _grow_beside_hum(climb, climb.families.bare, points, growth_as_written(climb).growth.horizons)
+
+
+def _grow_from_starts_beside_hum(climb: Climb, grid_hz: float) -> Climb:
+    """Grow the mechanism as written from new starts with hum of a grid projected out, if that explains most of it."""
+    families, bare = climb.families, climb.families.bare
+    first = {name: stop for name, (_, stop) in first_windows(families.plain).items()}
+    model = families.with_hum(bare, grid_hz, climb.best.q, first)
+    start = None if model is None else refine_best_start(climb.watch, model.problem, climb.seed)
+    if model is None or start is None:
+        return climb
+    plain, look = fit_look(bare, climb.best.q, climb.watch.journal), fit_look(model, start.q, climb.watch.journal)
+    left = f"{look.cost_per_sample:.3g} of the noise left, {plain.cost_per_sample:.3g} without"
+    climb.watch.tell("mains hum", f"{model.name}, new starts: {left}")
+    return _grow_hum(climb, bare, grid_hz, look, first) if hum_helps(look, plain) else climb
 
 
 def _grow_beside_hum(
     climb: Climb, base: AugmentedModel, points: Sequence[FloatArray], followed: Mapping[str, int]
 ) -> Climb:
-    """Grow a model with mains hum projected out, if hum explains most of its misfit.
-
-    When the growth stalls, the frequency is determined again from the samples followed by then, as long as that leads
-    further.
+    """Grow a model with mains hum of a grid that the records may hide, if hum explains most of its misfit.
 
     Parameters
     ----------
@@ -127,20 +144,38 @@ def _grow_beside_hum(
     plain = fit_look(base, points[0], journal)
     for grid_hz in grids:
         look = look_at_hum(families, plain, grid_hz, points, tell, journal)
-        if look is None:
-            continue
-        q, horizons, share = look.q, followed, 0.0
-        while (model := families.with_hum(base, grid_hz, q, horizons)) and not climb.complete:
-            reached = _grow(climb, model, q, escapes=STAGES.small_escapes)
-            if reached.growth.complete:
-                whole = families.with_hum(base, grid_hz, reached.q, reached.growth.horizons)
-                reached = replace(reached, model=whole or model)
-            climb = climb.with_growth(reached)
-            if reached.share < STAGES.hum_further * share:
-                break
-            q, horizons, share = reached.q, reached.growth.horizons, reached.share
+        climb = climb if look is None else _grow_hum(climb, base, grid_hz, look, followed)
         if climb.complete:
             break
+    return climb
+
+
+def _grow_hum(
+    climb: Climb, base: AugmentedModel, grid_hz: float, look: FirstLook, followed: Mapping[str, int]
+) -> Climb:
+    """Grow a look with hum of a grid; the frequency is determined again as long as that leads further.
+
+    Parameters
+    ----------
+    climb : Climb
+    base : AugmentedModel
+        The model without hum.
+    grid_hz : float
+    look : FirstLook
+    followed : mapping of record to int
+        Samples that it follows.
+    """
+    families = climb.families
+    q, horizons, share = look.q, followed, 0.0
+    while (model := families.with_hum(base, grid_hz, q, horizons)) and not climb.complete:
+        reached = _grow(climb, model, q, escapes=STAGES.small_escapes)
+        if reached.growth.complete:
+            whole = families.with_hum(base, grid_hz, reached.q, reached.growth.horizons)
+            reached = replace(reached, model=whole or model)
+        climb = climb.with_growth(reached)
+        if reached.share < STAGES.hum_further * share:
+            break
+        q, horizons, share = reached.q, reached.growth.horizons, reached.share
     return climb
 
 

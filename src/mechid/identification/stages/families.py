@@ -12,7 +12,7 @@ from mechid.campaign import Campaign
 from mechid.campaign.identify_options import MAINS
 from mechid.identification.effects.augmented import AugmentedModel, augment
 from mechid.identification.effects.campaign_disturbances import possible_disturbances
-from mechid.identification.effects.disturbance import Disturbance, missing_tables
+from mechid.identification.effects.disturbance import MAINS_PREFIX, Disturbance, missing_tables
 from mechid.identification.effects.effect import AddedTerms, lay_out, substitute_law
 from mechid.identification.effects.mains import mains
 from mechid.identification.output_error.problem import Problem
@@ -224,6 +224,14 @@ class Families:
         if any(one.lines_hz for one in self._record_disturbances) or not (allowed == "auto" or MAINS in allowed):
             return ()
         return () if any(t.leading.turns for t in self.plain.targets) else HUM.mains_hz
+
+    @cached_property
+    def seen_grids(self) -> tuple[float, ...]:
+        """Nominal grid frequencies, Hz, of hum that the records show and the mechanism as written lacks."""
+        if any(t.leading.turns for t in self.plain.targets):
+            return ()
+        names = [one.name for one in self._record_disturbances if one.lines_hz and one.name.startswith(MAINS_PREFIX)]
+        return tuple(float(name.removeprefix(MAINS_PREFIX).removesuffix("Hz")) for name in names)
 
     def with_hum(
         self, base: AugmentedModel, grid_hz: float, q: FloatArray, horizons: Mapping[str, int]

@@ -51,11 +51,21 @@ def refine_starts(
 
 def refine_more_starts(watch: Watch, state: SearchState, seed: int) -> Candidate | None:
     """Return the best refined start behind the usual ones; None if none can be simulated."""
-    problem = state.problem.rest_problem
-    ranked = multistart(problem, seed, problem.workers, journal=watch.journal, starts=SEARCH.more_starts)
-    watch.tell("multi-start", f"{len(ranked) - SEARCH.starts} more starts to be refined")
-    found = next(candidates(problem, ranked[SEARCH.starts :], problem.workers, watch.journal), None)
-    return found and replace(found, q=state.problem.point_from(problem, found.q))
+    return _refine_best(watch, state.problem, seed, SEARCH.starts, SEARCH.more_starts)
+
+
+def refine_best_start(watch: Watch, problem: Problem, seed: int) -> Candidate | None:
+    """Return the best refined start of a problem other than the search's; None if none can be simulated."""
+    return _refine_best(watch, problem, seed, 0, SEARCH.starts)
+
+
+def _refine_best(watch: Watch, whole: Problem, seed: int, first: int, stop: int) -> Candidate | None:
+    """Return the best refined one of the starts from `first` to `stop` in the order of their cost."""
+    problem = whole.rest_problem
+    ranked = multistart(problem, seed, problem.workers, journal=watch.journal, starts=stop)
+    watch.tell("multi-start", f"{len(ranked) - first} more starts to be refined")
+    found = next(candidates(problem, ranked[first:], problem.workers, watch.journal), None)
+    return found and replace(found, q=whole.point_from(problem, found.q))
 
 
 def grow_starts(
