@@ -18,6 +18,7 @@ from mechid.campaign.place import (
 )
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_table, is_whole
+from mechid.command.phase_table import MOST
 from mechid.command.stepping import STEPPINGS, Stepping
 from mechid.specification.requirement import Requirement
 from mechid.specification.requirement_entry import read_requirements
@@ -150,6 +151,8 @@ def _peak(drive: Mapping[str, Any], place: Place) -> float:
         raise place.key("peak").error(
             f"found {peak:g}, but the nominal sine already reaches 1; write 1 or more, or lower peak_voltage"
         )
+    if peak > MOST:
+        raise place.key("peak").error(f"found {peak:g}; a table holds fractions of the peak up to {MOST:g}")
     return peak
 
 

@@ -80,7 +80,7 @@ MEANING = (
     "covariance of the parameters, model discrepancy and unmodelled torque."
 )
 RESERVE = (
-    "Dry friction at the rotor that may be added before steps are lost, in a run that starts at the rate and stops."
+    "Dry friction at the rotor that may be added before steps are lost, in a run that rises to the rate and stops."
 )
 RATES = (
     "RMS torque over the rate of each stepping, with its 95 % bound over draws of the covariance. Recommended rates "

@@ -1,7 +1,9 @@
-"""Cost of a table whose lines are linear in its coefficients, with the kinked limits kept as they are.
+"""Cost of a table whose lines are linear in its coefficients, minimised within the limits by an interior point.
 
 Linear lines make the design part a quadratic form and each squared level of the range another one. Both are formed once
-a linearisation, so that its many small steps need neither a simulation nor the lines.
+a linearisation, so that the many Newton steps need neither a simulation nor the lines. Peak and levels stay within
+their limits by logarithmic barriers: a penalty of the excess has a kink on which Newton's method stops, and the nominal
+table stands on its peak.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.quiet_drives.periodic_torque import TorqueLines
 from mechid.quiet_drives.settings import QUIET
-from mechid.quiet_drives.table_cost import TableCost, excess_of, peak_part
+from mechid.quiet_drives.table_cost import TableCost
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,50 +44,83 @@ class LinearisedCost:
     """
 
     def __init__(self, cost: TableCost, found: Sequence[TorqueLines], table: FloatArray, changes: FloatArray) -> None:
-        self.cost, self.table, self.changes = cost, table, changes
         r, J = cost.design_residuals(found, table, changes)
         self.design = _Quadratic(float(r @ r), J.T @ r, J.T @ J)
+        # Squared relative levels of the range.
         self.levels = [
-            (place, _squared_level(lines.with_columns(len(changes)), place.nominal.level))
+            _squared_level(lines.with_columns(len(changes)), place.nominal.level)
             for place, lines in zip(cost.places, found, strict=True)
             if not place.weight
         ]
+        # A level that simulation found beyond its limit must not rise further.
+        self.most = [max(QUIET.allowed_rise**2, QUIET.slack * level.value) for level in self.levels]
+        self.pulls = [
+            QUIET.pull if level.value <= QUIET.allowed_rise**2 else QUIET.broken_pull for level in self.levels
+        ]
+        self.values, self.by_step = table.ravel(), changes.reshape(len(changes), table.size).T
+        self.peak = max(cost.peak, float(np.abs(table).max())) * QUIET.slack
 
     def minimise(self, damping: float) -> FloatArray:
-        """Return the step, (m,), of least cost plus a proximal term of a relative damping."""
-        step, inner = np.zeros(len(self.changes)), QUIET.damping
-        value, g, A = self._at(step)
+        """Return the step, (m,), of least cost plus a proximal term of a relative damping, within the limits."""
+        step = np.zeros(self.design.g.size)
+        A = self.design.A + sum(pull**2 * level.A for pull, level in zip(self.pulls, self.levels, strict=True))
         ridge = QUIET.ridge * np.trace(A) / len(A)
         # The proximal term in the coefficients' own sensitivities, so that the damping has no unit.
-        near = damping * (np.diag(A) + ridge)
-        for _ in range(QUIET.model_steps):
-            own = np.diag(near + inner * np.diag(A) + ridge)
-            further = step - np.linalg.solve(A + own, g + near * step)
-            tried, g_next, A_next = self._at(further)
-            tried += float(near @ further**2)
-            if tried >= value:
-                inner *= QUIET.raised
-                continue
-            gained, step, value, g, A = value - tried, further, tried, g_next, A_next
-            inner /= QUIET.raised
-            if gained < QUIET.model_converged * value:
-                break
+        near = damping * (np.diag(A) + ridge) + ridge
+        barrier = QUIET.first_barrier * self.design.value
+        while barrier > QUIET.last_barrier * self.design.value:
+            step = self._centre(step, near, barrier)
+            barrier *= QUIET.barrier_ratio
         return step
 
-    def _at(self, c: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Return the cost of a step, half its gradient, and its Gauss-Newton matrix."""
-        value, g, A = self.design.at(c), self.design.g + self.design.A @ c, self.design.A.copy()
-        moved = self.table + np.tensordot(c, self.changes, axes=1)
-        over, over_slopes = peak_part(moved, self.changes, self.cost.peak)
-        rows, slopes = [*over[over != 0.0]], [*over_slopes[over != 0.0]]
-        for place, square in self.levels:
-            ratio = float(np.sqrt(max(square.at(c), 1e-12)))
-            slope = (square.g + square.A @ c) / ratio
-            excess, steepness = excess_of(ratio)
-            rows += [place.limit_weight * excess, QUIET.pull * ratio]
-            slopes += [place.limit_weight * steepness * slope, QUIET.pull * slope]
-        r, J = np.array(rows), np.array(slopes).reshape(len(rows), c.size)
-        return value + float(r @ r), g + J.T @ r, A + J.T @ J
+    def _centre(self, step: FloatArray, near: FloatArray, barrier: float) -> FloatArray:
+        """Return the step of least cost with a barrier of a weight, by damped Newton steps."""
+        value, g, H = self._at(step, near, barrier)
+        for _ in range(QUIET.newton_steps):
+            direction = -np.linalg.solve(H, g)
+            slope = float(g @ direction)
+            if -slope < QUIET.newton_converged * value:
+                break
+            length = 1.0
+            # Outside the limits the value is infinite, so that the search comes back inside.
+            while (tried := self._value(step + length * direction, near, barrier)) > value + 0.1 * length * slope:
+                length *= 0.5
+                if length < QUIET.shortest:
+                    return step
+            step, value = step + length * direction, tried
+            _, g, H = self._at(step, near, barrier)
+        return step
+
+    def _value(self, c: FloatArray, near: FloatArray, barrier: float) -> float:
+        inside = self._room(c)
+        if min(float(room.min(initial=np.inf)) for room in inside) <= 0.0:
+            return float("inf")
+        pulled = sum(pull**2 * level.at(c) for pull, level in zip(self.pulls, self.levels, strict=True))
+        return float(
+            self.design.at(c) + pulled + near @ c**2 - barrier * sum(float(np.log(room).sum()) for room in inside)
+        )
+
+    def _room(self, c: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the room of each table value and of each squared level to its limit, relative to the limit."""
+        values = self.values + self.by_step @ c
+        levels = [1.0 - level.at(c) / most for level, most in zip(self.levels, self.most, strict=True)]
+        return 1.0 - (values / self.peak) ** 2, np.array(levels, dtype=np.float64)
+
+    def _at(self, c: FloatArray, near: FloatArray, barrier: float) -> tuple[float, FloatArray, FloatArray]:
+        """Return value, gradient and Hessian of the cost with a barrier at a step."""
+        room, levels = self._room(c)
+        values = (self.values + self.by_step @ c) / self.peak
+        g = 2.0 * (self.design.g + self.design.A @ c + near * c)
+        H = 2.0 * (self.design.A + np.diag(near))
+        # -log(1 - x^2) has the derivatives 2 x / (1 - x^2) and 2 (1 + x^2) / (1 - x^2)^2.
+        g = g + barrier / self.peak * (self.by_step.T @ (2.0 * values / room))
+        bent = 2.0 * (1.0 + values**2) / room**2 * barrier / self.peak**2
+        H = H + (self.by_step.T * bent) @ self.by_step
+        for level, most, left, pull in zip(self.levels, self.most, levels, self.pulls, strict=True):
+            slope, weight = 2.0 * (level.g + level.A @ c), pull**2 + barrier / (most * left)
+            g = g + weight * slope
+            H = H + 2.0 * weight * level.A + barrier / (most * left) ** 2 * np.outer(slope, slope)
+        return self._value(c, near, barrier), g, H
 
 
 def _squared_level(lines: TorqueLines, nominal: float) -> _Quadratic:
@@ -93,4 +128,5 @@ def _squared_level(lines: TorqueLines, nominal: float) -> _Quadratic:
     scale = 0.5 / nominal**2
     conjugate = np.conj(lines.slopes.T)
     A = scale * np.real(conjugate @ lines.slopes)
-    return _Quadratic(scale * float(np.sum(np.abs(lines.values) ** 2)), scale * np.real(conjugate @ lines.values), A)
+    value = scale * float(np.sum(np.abs(lines.values) ** 2))
+    return _Quadratic(value, scale * np.real(conjugate @ lines.values), A)

@@ -127,7 +127,8 @@ class PeriodicTorque:
     def _average_periods(self, period: PeriodMap, columns: int) -> TorqueLines | None:
         """Return root mean squares of the lines over several periods of a motion that does not repeat."""
         x = period.state_after(self._x, 1)
-        squares, periods, begun = [], max(round(QUIET.averaged_s / period.duration_s), 1), x
+        periods = min(max(round(QUIET.averaged_s / period.duration_s), 1), QUIET.most_averaged)
+        squares, begun = [], x
         for _ in range(periods):
             y, _, end = self._one_period(period, x, np.zeros((x.size, 0)))
             squares.append(np.abs(self._as_lines(period, y, np.zeros((y.size, 0))).values) ** 2)

@@ -12,7 +12,7 @@ from itertools import groupby
 
 import numpy as np
 
-from mechid.arrays import BoolArray, FloatArray
+from mechid.arrays import FloatArray
 from mechid.identification.computation.parallel import map_tasks
 from mechid.plant.mechanism import Mechanism
 from mechid.quiet_drives.periodic_torque import PeriodicTorque
@@ -169,17 +169,14 @@ def _best_pair(curves: Sequence[SteppingCurve], mean: float) -> Pair | None:
     best: Pair | None = None
     for curve in curves:
         square = np.where(np.isfinite(curve.bound), curve.bound, np.inf) ** 2
-        below, above = np.flatnonzero(_reaches(curve.rates, mean)), np.flatnonzero(curve.rates >= mean)
+        below, above = np.flatnonzero(curve.rates <= mean)[::-1], np.flatnonzero(curve.rates >= mean)
         for i in below:
             for j in above:
                 low, high = float(curve.rates[i]), float(curve.rates[j])
                 share = (mean - low) / (high - low) if high > low else 0.0
                 rms = float(np.sqrt((1.0 - share) * square[i] + share * square[j]))
-                if np.isfinite(rms) and (best is None or rms < best.rms_Nm):
+                # Nearer rates come first, so that equal pairs leave the nearest.
+                if np.isfinite(rms) and (best is None or rms < best.rms_Nm * (1.0 - 1e-9)):
                     alone = float(np.interp(mean, curve.rates, curve.bound))
                     best = Pair(mean, low, high, share, curve.stepping, rms, alone)
     return best
-
-
-def _reaches(rates: FloatArray, mean: float) -> BoolArray:
-    return np.asarray(rates <= mean, dtype=np.bool_)

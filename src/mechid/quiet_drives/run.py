@@ -17,10 +17,11 @@ from mechid.budgets.operating_mode import OperatingMode, usual_highest_hz
 from mechid.budgets.prediction import Prediction, TorqueOverRate, predict
 from mechid.budgets.shares import deviations
 from mechid.campaign import Campaign
-from mechid.command import Command
+from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
+from mechid.command import MeasuredCommand
 from mechid.designs.step_loss import is_stepper
 from mechid.errors import FitError, InputFileError
-from mechid.fits.load import CAMPAIGN_NAME, load_fit, result_folder
+from mechid.fits.load import load_fit, result_folder
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
@@ -111,7 +112,7 @@ def _read(fit: Fit | Path | str) -> Fit:
         return fit
     folder = result_folder(Path(fit))
     has_campaign = any((folder / name).is_file() for name in (CAMPAIGN_NAME, JOURNAL_NAME))
-    return read_fit(folder) if folder.is_dir() and not has_campaign else load_fit(fit)
+    return read_fit(folder) if Path(fit).is_dir() and not has_campaign else load_fit(fit)
 
 
 def _unit_name(fit: Fit | Path | str, index: int) -> str:
@@ -191,7 +192,7 @@ def _quiet(
 
 def _fill_in(design: QuietDesign, campaign: Campaign | None) -> QuietDesign:
     """Return a design with microsteps, range and rates of the campaign where it names none."""
-    commands = [r.command for r in campaign.records if isinstance(r.command, Command)] if campaign else []
+    commands = [r.command for r in campaign.records if not isinstance(r.command, MeasuredCommand)] if campaign else []
     micro = [c.microsteps for c in commands if c.stepping == "micro"]
     rates = [abs(rate) for c in commands for rate in c.rate.rates if rate != 0.0]
     ends = design.ends or ((min(rates), max(rates)) if rates and min(rates) < max(rates) else DEFAULT_ENDS)

@@ -17,6 +17,8 @@ class QuietSettings:
     """Attempts to find it."""
     averaged_s: float = 1.0
     """Length over which the power of a motion that does not repeat is averaged."""
+    most_averaged: int = 40
+    """Periods that this length holds at most."""
     change: float = 1e-4
     """Change of a table value, as a share of the peak, from which a derivative is taken: the kernel integrates to 1e-8,
     and the torque is smooth in the table between stick-slip events."""
@@ -31,17 +33,17 @@ class QuietSettings:
     """Weight of these rates."""
     same_rate: float = 0.03
     """Relative distance within which two rates are one place of the cost."""
-    least_line: float = 1e-3
+    least_line: float = 2e-4
     """Amplitude, as a share of the largest line, below which a line counts as this share: a line that the nominal table
     hardly excites needs no further reduction."""
     limit_weight: float = 20.0
     """Weight of the excess over `allowed_rise` at a rate of the range."""
     allowed_rise: float = 1.06
     """Level relative to that of the nominal table that the search allows: half of the 1 dB that is promised."""
-    softness: float = 0.05
-    """Width over which the excess sets in, so that a step sees it coming."""
     pull: float = 0.05
     """Weight of the level at the rates of the range, so that it is lowered where this costs nothing."""
+    broken_pull: float = 1.0
+    """The same at a rate at which simulation found a level beyond the allowed one."""
     roughness: float = 1e-3
     """Weight of the second difference of the table's change over the electrical angle."""
     peak_weight: float = 50.0
@@ -49,7 +51,7 @@ class QuietSettings:
     range_rates: int = 14
     """Rates of the range in the cost, in equal ratios."""
     draws: int = 4
-    """Mechanisms drawn from the covariance over which the cost is averaged, in addition to the nominal one."""
+    """Mechanisms drawn from the covariance that count at the design rates, beside the nominal one."""
 
     # Search.
 
@@ -59,10 +61,21 @@ class QuietSettings:
     """First damping of a step, relative to the curvature of the cost."""
     ridge: float = 1e-9
     """Least damping of a direction on which no line depends, relative to the mean curvature."""
-    model_steps: int = 30
-    """Steps within one linearisation of the lines."""
-    model_converged: float = 1e-4
-    """Relative decrease of the cost below which these steps end."""
+    slack: float = 1.001
+    """Factor on a limit within which the search moves: the nominal table stands on its peak, where a barrier has no
+    room. Values beyond the peak are cut off when the search has ended."""
+    first_barrier: float = 1e-3
+    """First weight of the barriers, as a share of the design cost."""
+    last_barrier: float = 1e-8
+    """Weight below which the search within a linearisation ends."""
+    barrier_ratio: float = 0.1
+    """Ratio of a weight to the one before."""
+    newton_steps: int = 30
+    """Newton steps at each weight at most."""
+    newton_converged: float = 1e-6
+    """Expected relative decrease below which they end."""
+    shortest: float = 1e-8
+    """Shortest part of a Newton step that is tried."""
     largest_damping: float = 1e6
     """Damping above which no step is tried."""
     raised: float = 5.0
@@ -93,6 +106,10 @@ class QuietSettings:
 
     # Step reserve.
 
+    reserve_ramp_s: float = 0.4
+    """Time in which a run rises to the rate."""
+    reserve_levels: int = 10
+    """Levels up to the holding torque of which the least that fails is looked for, before bisection."""
     reserve_s: float = 0.5
     """Time for which a rate is held to find its torque reserve."""
     reserve_resolution: float = 0.01

@@ -1,17 +1,18 @@
 """Torque reserve against step loss, with and without a table.
 
-The reserve at a rate is the dry friction at the rotor that may be added before steps are lost, in a run that starts at
-this rate, is held for a while and stops (`designs.step_loss.margins`).
+The reserve at a rate is the dry friction at the rotor that may be added before steps are lost, in a run that rises
+slowly to this rate, is held for a while and stops (`designs.step_loss.drive`): the pull-out torque left.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.command import RateProfile
 from mechid.designs.step_loss import add_friction, drive
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.stepper import HOLDING
@@ -50,15 +51,21 @@ def reserves(mechanism: Mechanism, base: FloatArray, table: FloatArray, rates: S
 
 def torque_reserve(mechanism: Mechanism, table: FloatArray, rate: float) -> float:
     """Return the dry friction in N m that may be added at the rotor, to 1 % of the holding torque; 0 if it slips."""
+    slow = RateProfile.through([(0.0, 0.0), (QUIET.reserve_ramp_s, rate)])
+    command, seconds = replace(table_command(table, rate), rate=slow), QUIET.reserve_ramp_s + QUIET.reserve_s
 
     def holds(torque: float) -> bool:
-        command = table_command(table, rate)
-        return not drive(add_friction(mechanism, torque), command, QUIET.reserve_s, torque=False).lost
+        return not drive(add_friction(mechanism, torque), command, seconds, torque=False).lost
 
     most = mechanism.scale(HOLDING)
     if not most or not holds(0.0):
         return 0.0
-    good, bad = 0.0, most
+    # The least torque that fails, not any: a resonance may let a higher one pass again.
+    levels: list[float] = np.linspace(0.0, most, QUIET.reserve_levels + 1)[1:].tolist()
+    bad = next((level for level in levels if not holds(level)), None)
+    if bad is None:
+        return float(most)
+    good = bad - most / QUIET.reserve_levels
     while bad - good > QUIET.reserve_resolution * most:
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if holds(middle) else (good, middle)

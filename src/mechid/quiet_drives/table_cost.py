@@ -26,17 +26,17 @@ class Place:
     Attributes
     ----------
     torque : PeriodicTorque
-    weight : float
-        Weight of a design place; 0 for a place of the range.
     nominal : TorqueLines
         Lines of the nominal table.
+    weight : float
+        Weight of a design place; 0 for a place of the range.
     limit_weight : float
         Weight of the excess over the allowed level.
     """
 
     torque: PeriodicTorque
-    weight: float
     nominal: TorqueLines
+    weight: float
     limit_weight: float = QUIET.limit_weight
 
 
@@ -129,10 +129,8 @@ def _lines_at(task: tuple[Place, FloatArray, FloatArray | None]) -> TorqueLines 
 
 
 def excess_of(ratio: float) -> tuple[float, float]:
-    """Return the soft excess of a relative level over the allowed one, and its derivative."""
-    over = (ratio - QUIET.allowed_rise) / QUIET.softness
-    # The derivative is written so that a large excess does not overflow.
-    return QUIET.softness * float(np.logaddexp(0.0, over)), float(np.exp(-np.logaddexp(0.0, -over)))
+    """Return the excess of a relative level over the allowed one, and its derivative."""
+    return max(ratio - QUIET.allowed_rise, 0.0), float(ratio > QUIET.allowed_rise)
 
 
 def _range_part(place: Place, lines: TorqueLines) -> tuple[FloatArray, FloatArray]:
@@ -150,7 +148,7 @@ def _roughness_part(change: FloatArray, changes: FloatArray) -> tuple[FloatArray
 
 def peak_part(table: FloatArray, changes: FloatArray, peak: float) -> tuple[FloatArray, FloatArray]:
     """Return the excess of each value over the peak limit, weighted, and its derivatives."""
-    # Rounding of the sine's own peak is no excess.
-    excess = np.maximum(np.abs(table) - peak * (1.0 + 1e-9), 0.0).ravel()
+    # The slack within which the search moves is no excess.
+    excess = np.maximum(np.abs(table) - QUIET.slack * peak, 0.0).ravel()
     slope = np.where(excess > 0.0, np.sign(table).ravel(), 0.0)[:, None] * changes.reshape(len(changes), table.size).T
     return QUIET.peak_weight * excess, QUIET.peak_weight * slope

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mechid.arrays import FloatArray
+from mechid.command.phase_table import phase_table_text
+from mechid.quiet_drives.table_command import phase_table
 
 TABLE_NAME, HEADER_NAME, RATES_CSV, RATES_TOML = "table.csv", "table.h", "rates.csv", "rates.toml"
 PER_LINE = 8
@@ -13,8 +15,7 @@ PER_LINE = 8
 
 def table_csv(values: FloatArray) -> str:
     """Return a table, (4 n, 2), as CSV: one row per microstep, fractions of the peak."""
-    rows = [f"{k},{a!r},{b!r}" for k, (a, b) in enumerate(values.tolist())]
-    return "\n".join(["microstep,phase_a,phase_b", *rows]) + "\n"
+    return phase_table_text(phase_table(values))
 
 
 def table_header(data: Mapping[str, Any]) -> str:

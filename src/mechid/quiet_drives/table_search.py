@@ -45,7 +45,7 @@ def design_places(
     rates: Sequence[float],
     ends: tuple[float, float],
 ) -> list[Place]:
-    """Return the places of a cost: design rates and their neighbours for all mechanisms, the range for the first.
+    """Return the places of a cost: design rates for all mechanisms, their neighbours and the range for the first.
 
     Parameters
     ----------
@@ -63,27 +63,24 @@ def design_places(
     FitError
         The nominal table loses steps at a rate.
     """
-    weights = dict.fromkeys(rates, 1.0)
+    beside: list[float] = []
     for rate in rates:
-        for share in QUIET.near:
-            beside = rate * share
-            if ends[0] <= beside <= ends[1] and not _has_near(beside, weights):
-                weights[beside] = QUIET.near_weight
-    own = [rate for rate in np.geomspace(*ends, QUIET.range_rates).tolist() if not _has_near(rate, weights)]
-    shared = 1.0 / np.sqrt(len(rates) * len(mechanisms))
-    places = [
-        Place(torque, weight * shared, torque_lines)
-        for mechanism in mechanisms
-        for rate, weight in weights.items()
-        for torque, torque_lines in [_nominal(mechanism, rate, base)]
+        near = [rate * share for share in QUIET.near]
+        beside += [one for one in near if ends[0] <= one <= ends[1] and not _has_near(one, (*rates, *beside))]
+    others = [
+        rate for rate in np.geomspace(*ends, QUIET.range_rates).tolist() if not _has_near(rate, (*rates, *beside))
     ]
-    return places + range_places(mechanisms[0], base, own)
+    weight = 1.0 / np.sqrt(len(rates))
+    shared = weight / np.sqrt(len(mechanisms))
+    own = [Place(*_nominal(mechanism, rate, base), shared) for mechanism in mechanisms for rate in rates]
+    near_ones = [Place(*_nominal(mechanisms[0], rate, base), QUIET.near_weight * weight) for rate in beside]
+    return [*own, *near_ones, *range_places(mechanisms[0], base, others)]
 
 
 def range_places(mechanism: Mechanism, base: FloatArray, rates: Sequence[float], weight: float = 1.0) -> list[Place]:
     """Return places at which only the level is limited; `weight` multiplies that of the limit."""
     found = [_nominal(mechanism, rate, base) for rate in rates]
-    return [Place(torque, 0.0, lines, weight * QUIET.limit_weight) for torque, lines in found]
+    return [Place(torque, lines, 0.0, weight * QUIET.limit_weight) for torque, lines in found]
 
 
 def search_table(
@@ -117,7 +114,8 @@ def search_table(
         known = {id(place.torque) for place in broken}
         cost = replace(cost, places=[*(p for p in cost.places if id(p.torque) not in known), *raised])
         checked = [*(p for p in checked if id(p.torque) not in known), *raised]
-    return FoundTable(cost.base + np.tensordot(c, changes, axes=1), cost, start, last, iterations)
+    table = np.clip(cost.base + np.tensordot(c, changes, axes=1), -cost.peak, cost.peak)
+    return FoundTable(table, cost, start, last, iterations)
 
 
 def rise_db(place: Place, table: FloatArray) -> float:
@@ -171,5 +169,5 @@ def _nominal(mechanism: Mechanism, rate: float, base: FloatArray) -> tuple[Perio
     return torque, lines
 
 
-def _has_near(rate: float, others: Sequence[float] | dict[float, float]) -> bool:
+def _has_near(rate: float, others: Sequence[float]) -> bool:
     return any(abs(rate / other - 1.0) < QUIET.same_rate for other in others)
