@@ -23,7 +23,7 @@ from pathlib import Path
 
 from bench_sweep import RESULTS, machine
 from command.benches import write_recovery_bench
-from mechid.campaign.bench import write_bench
+from mechid.demos.run import make_bench
 
 CHILD = Path(__file__).parent / "command" / "timed.py"
 DEMO = "demo"
@@ -66,7 +66,7 @@ def _arguments() -> argparse.Namespace:
 def _bench(name: str, folder: Path) -> Path:
     """Write the files of a bench, and return its folder."""
     if name == DEMO:
-        write_bench(folder)
+        make_bench(folder)
     else:
         family, _, seed = name.partition("/")
         write_recovery_bench(folder, int(family), int(seed))

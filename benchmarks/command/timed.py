@@ -99,13 +99,13 @@ def _clock_late() -> None:
     identified = sys.modules["mechid.reports.into_folder"]
     report = identified._report
 
-    def with_clocks(*arguments: object) -> object:
+    def with_clocks(*arguments: object, **named: object) -> object:
         for module in LATE:
             importlib.import_module(module)
         for part, (module, name) in PARTS.items():
             if module in LATE:
                 _clock(part, module, name)
-        return report(*arguments)
+        return report(*arguments, **named)
 
     identified._report = _timed("report", with_clocks)
 

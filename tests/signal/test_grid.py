@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import zoom_fft
 
-from mechid.signal.grid import HumSeries, _power, combined_amplitude, drifting_lines, evident_grid
+from mechid.signal.grid import HumSeries, _power, _powers, combined_amplitude, drifting_lines, evident_grid
 from mechid.signal.trend import fit_line
+from mechid.signal.window import hann
 
 RATE_HZ, NOISE = 2000.0, 2e-3
 
@@ -80,6 +81,17 @@ def test_orders_that_cross_the_grid_are_no_hum():
     lines = [k * 50.02 / RATE_HZ for k in (1, 2, 3)]
     taken = fit_line(quiet.series, 0, None, lines).at(0, t.size)
     assert np.std(taken) < 0.02 * np.std(quiet.series)
+
+
+def test_a_band_of_a_long_series_has_the_power_of_the_whole():
+    """Truth: the transform of all samples, beside a sweep whose lines are 1000 times the noise."""
+    samples = 100_003
+    t = np.arange(samples) / RATE_HZ
+    sweep = np.sin(2.0 * np.pi * (20.0 + t) * t)
+    y = (sweep + 1e-3 * np.random.default_rng(5).standard_normal(samples)) * hann(samples)
+    for hz in (np.linspace(49.8, 50.2, 200), np.linspace(0.5, 12.0, 300), np.linspace(149.0, 151.0, 300)):
+        whole, band = _power(y, RATE_HZ, hz), _powers(y, RATE_HZ)(hz)
+        np.testing.assert_allclose(np.sqrt(band), np.sqrt(whole), rtol=0.0, atol=1e-3 * np.sqrt(np.median(whole)))
 
 
 @pytest.mark.parametrize(("samples", "points"), [(1000, 37), (36, 400), (100_003, 513)])

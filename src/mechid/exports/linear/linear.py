@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,8 @@ from mechid.exports.handover import Handover, handover
 from mechid.exports.linear.forcing import KEPT, OrderForcing, sort_by_orders
 from mechid.exports.linear.fraction import fraction
 from mechid.exports.linear.linearisation import HeldMechanism, uncertain_of
+from mechid.exports.linear.loops.loop_file import read_loop_file
+from mechid.exports.linear.loops.loops import DRAWS, Loops, close_loops
 from mechid.exports.linear.options import Options
 from mechid.exports.linear.state_space import LinearModel, Uncertain
 from mechid.exports.option_texts import refuse_values
@@ -55,6 +58,8 @@ class Linear:
     words : tuple of str
         Remarks for the user, one sentence each.
     provenance : mapping
+    loops : Loops or None
+        Loops of the drive electronics, if gains were given.
     """
 
     name: str
@@ -64,6 +69,7 @@ class Linear:
     forcing: tuple[OrderForcing, ...]
     words: tuple[str, ...]
     provenance: Mapping[str, Any]
+    loops: Loops | None = None
 
     def __getitem__(self, name: str) -> LinearModel:
         """Return the model of a holding condition."""
@@ -82,6 +88,7 @@ class Linear:
             "draws": draws.tolist(),
             "models": {n: {**m.to_dict(), "fraction": fraction(m).to_dict()} for n, m in self.models.items()},
             "forcing": [one.to_dict() for one in self.forcing],
+            **({"loops": self.loops.to_dict()} if self.loops else {}),
         }
 
 
@@ -91,7 +98,7 @@ def linear_of(source: Handover, options: Options | None = None) -> Linear:
     Raises
     ------
     InputFileError
-        No step command drives the mechanism, or a changed value is impossible.
+        No step command drives the mechanism, a changed value is impossible, or a loop of the electronics is unstable.
     UsageError
         A changed parameter is unknown, or its value is impossible.
     FitError
@@ -103,6 +110,7 @@ def linear_of(source: Handover, options: Options | None = None) -> Linear:
     estimate = estimate_on_base(source, options.values, stand=options.stand)
     held = HeldMechanism(small_signal(estimate.mechanism), _command(source, options), uncertain_of(estimate))
     models = _models(held, options)
+    loops = close_loops(held, models, options.loop, DRAWS, options.seed) if options.loop else None
     every = tuple(sort_by_orders(one, estimate) for one in _forcings(source, options, estimate))
     return Linear(
         name=source.name,
@@ -110,8 +118,9 @@ def linear_of(source: Handover, options: Options | None = None) -> Linear:
         uncertain=held.uncertain,
         models=models,
         forcing=every,
-        words=tuple(_words(held, models, every, estimate, options)),
+        words=(*_words(held, models, every, estimate, options), *(loops.words if loops else ())),
         provenance=source.provenance,
+        loops=loops,
     )
 
 
@@ -138,7 +147,9 @@ def linear_of_fit(fit: Fit, campaign: Campaign | None, anyway: bool, **options: 
     InputFileError
         As `linear_of`.
     """
-    return linear_of(handover(fit, campaign, anyway=anyway), Options(**options))
+    loop = options.pop("loop", None)
+    design = read_loop_file(loop) if isinstance(loop, str | Path) else loop
+    return linear_of(handover(fit, campaign, anyway=anyway), Options(**options, loop=design))
 
 
 def _command(source: Handover, options: Options) -> Command:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +63,8 @@ def write_mat(linear: Linear, path: Path) -> None:
     models = {name: _model(model) for name, model in linear.models.items()}
     # Field names of a MATLAB struct contain letters, digits and underscores only.
     forcing = {re.sub(r"\W", "_", one.name, flags=re.ASCII): _forcing(one) for one in linear.forcing}
-    content = {**models, "uncertain": uncertain, **({"forcing": forcing} if forcing else {}), "about": about}
+    loops = {"loops": _struct(linear.loops.to_dict())} if linear.loops else {}
+    content = {**models, "uncertain": uncertain, **({"forcing": forcing} if forcing else {}), **loops, "about": about}
     with path.open("wb") as file:
         savemat(file, content, format="5", long_field_names=True, oned_as="column", do_compression=True)
 
@@ -120,6 +121,15 @@ def _forcing(one: OrderForcing) -> dict[str, Any]:
 def _matrices(of: Matrices) -> dict[str, Any]:
     """Return the matrices with leading axes moved to the end, as MATLAB expects."""
     return {name: np.moveaxis(m, 0, -1) if m.ndim > 2 else m for name, m in zip("ABCD", of.all, strict=True)}
+
+
+def _struct(value: Any) -> Any:
+    """Return nested dicts as structs, texts in lists as cells, numbers as arrays; NaN where JSON has null."""
+    if isinstance(value, Mapping):
+        return {name: _struct(one) for name, one in value.items()}
+    if isinstance(value, list) and value and all(isinstance(one, str) for one in value):
+        return _cell(value)
+    return value if isinstance(value, str) else np.array(value, dtype=np.float64)
 
 
 def _cell(texts: Sequence[str]) -> Any:

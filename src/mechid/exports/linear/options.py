@@ -7,12 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
 from mechid.errors import UsageError
+from mechid.exports.linear.loops.loop_file import LoopDesign, read_loop_file
 from mechid.exports.option_texts import read_rates, refuse_unknown, yes_or_no
 from mechid.exports.stand import STAND
 from mechid.exports.tables.options import MOST_RATES
 
 NONE = "none"
 """Value of ``rates`` for an export without steady rates."""
+LOOP = "loop"
+"""Name of the option with the file of the loops."""
 MOST_SAMPLES = 100_000
 
 
@@ -34,6 +37,8 @@ class Options:
         Changed parameter values in the units of the mechanism file, as ``{"load.inertia": 35.0}``.
     stand : bool
         Export the mechanism as on the bench, with housing, transducer and filters, instead of as in flight.
+    loop : LoopDesign or None
+        Loops of the drive electronics to be closed around the models, as of `read_loop_file`.
 
     Raises
     ------
@@ -47,6 +52,7 @@ class Options:
     seed: int = 0
     values: Mapping[str, float] = field(default_factory=dict)
     stand: bool = False
+    loop: LoopDesign | None = None
 
     def __post_init__(self) -> None:
         rates = self.rates or ()
@@ -70,6 +76,8 @@ class Options:
         ------
         UsageError
             An option is unknown, or its value is not a number.
+        InputFileError
+            The file of the loops is wrong.
         """
         names = [f.name for f in fields(cls) if f.name != "values"]
         # Dotted names are parameters, all others have to be options.
@@ -81,7 +89,9 @@ class Options:
         return cls(**own, values=values)  # type: ignore[arg-type]
 
 
-def _value(name: str, text: str) -> tuple[float, ...] | float:
+def _value(name: str, text: str) -> tuple[float, ...] | float | LoopDesign:
+    if name == LOOP:
+        return read_loop_file(text)
     if name == STAND:
         return yes_or_no(name, text)
     if name == "rates":

@@ -258,11 +258,13 @@ class Fit(DisplayedResult):
         values: Mapping[str, float] | None = None,
         stand: bool = False,
         anyway: bool = False,
+        **further: Any,
     ) -> Any:
         """Return uncertain linear models at holding, and the torque at steady rates; see `mechid.exports.linear`.
 
         With the identified campaign, the models hold the first record's start angle and use the records' stepping
         rates; without it, 0 deg and no rates. The keywords are those of `Options` there; `anyway` accepts a failed fit.
+        A further one is ``loop="quiet.toml"``, the file of the loops to be closed.
         """
         return import_module(LINEAR).linear_of_fit(
             self,
@@ -274,6 +276,7 @@ class Fit(DisplayedResult):
             seed=seed,
             values=dict(values or {}),
             stand=stand,
+            **further,
         )
 
     def plot(self, record: str | None = None, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:

@@ -1,0 +1,1 @@
+"""Sampled loops of the drive electronics around the linear models: margins, step responses, checks."""
