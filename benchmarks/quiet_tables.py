@@ -20,12 +20,13 @@ import numpy as np
 from mechid.plant.flight import to_flight
 from mechid.plant.mechanism import Mechanism
 from mechid.quiet_drives.periodic_torque import PeriodicTorque
+from mechid.quiet_drives.reserved_search import search_within_reserve
 from mechid.quiet_drives.rounding import round_table
 from mechid.quiet_drives.settings import QUIET
-from mechid.quiet_drives.step_reserve import blend_to_reserve, torque_reserve
+from mechid.quiet_drives.step_reserve import reserve_rule, torque_reserve
 from mechid.quiet_drives.table_basis import nominal_table, table_entries, table_harmonics
 from mechid.quiet_drives.table_cost import TableCost
-from mechid.quiet_drives.table_search import design_places, range_places, rise_db, search_table
+from mechid.quiet_drives.table_search import design_places, range_places, rise_db
 from recovery.mechanisms import FAMILIES
 
 OUT = Path("build/quiet.jsonl")
@@ -66,12 +67,17 @@ def measure(seed: int, count: int) -> dict[str, object]:
     begun = time.process_time()
     places = design_places([mechanism, *(off(mechanism, rng, 1.0) for _ in range(QUIET.draws))], base, rates, ENDS)
     checked = range_places(mechanism, base, np.geomspace(*ENDS, QUIET.checked_rates).tolist())
+    changes = table_harmonics(MICROSTEPS, QUIET.highest_harmonic, mirrored=True)
     cost = TableCost(places, ORDERS, base, 1.0)
-    found = search_table(
-        cost, table_harmonics(MICROSTEPS, QUIET.highest_harmonic, mirrored=True), checked, lambda _: None
+    found, exact, kept = search_within_reserve(mechanism, cost, changes, checked, rates, SHARE, lambda _: None)
+    rounded = round_table(
+        exact,
+        found.cost,
+        table_entries(MICROSTEPS, mirrored=True),
+        BITS,
+        1.0,
+        reserve_rule(mechanism, base, rates, SHARE),
     )
-    exact, kept = blend_to_reserve(mechanism, base, found.table, rates, SHARE)
-    rounded = round_table(exact, found.cost, table_entries(MICROSTEPS, mirrored=True), BITS, 1.0)
     took = time.process_time() - begun
     rises = [(rise_db(place, exact), rise_db(place, rounded.values)) for place in checked]
     other = off(mechanism, rng, 2.0)

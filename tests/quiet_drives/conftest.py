@@ -1,4 +1,4 @@
-"""A small quiet drive of the paper's mechanism: four microsteps, one design rate, a short range."""
+"""A small quiet drive of the paper's mechanism: eight microsteps, one design rate, a short range."""
 
 import pytest
 
@@ -12,7 +12,7 @@ SMALL = {
     "rates": [30.0],
     "orders": [1.0, 2.0],
     "range": {"from": 28.0, "to": 33.0},
-    "microsteps": 4,
+    "microsteps": 8,
     "bits": 10,
     "steppings": ["micro"],
 }

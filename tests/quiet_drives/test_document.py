@@ -16,11 +16,11 @@ def test_the_files_hold_the_table_and_the_rates(found, tmp_path):
         body = re.search(rf"int16_t mechid_table_{name}\[MECHID_TABLE_LENGTH\] = {{(.*?)}};", header, re.DOTALL)[1]
         assert [int(code) for code in body.split(",") if code.strip()] == found.rounded.codes[:, phase].tolist()
     rates = tomllib.loads((tmp_path / "rates.toml").read_text())
-    assert {band["stepping"] for band in rates["band"]} == {"micro4", "table"}
-    assert (tmp_path / "rates.csv").read_text().startswith("stepping,rate,rms_Nm,bound_Nm,verdict\nmicro4,28")
+    assert {band["stepping"] for band in rates["band"]} == {"micro8", "table"}
+    assert (tmp_path / "rates.csv").read_text().startswith("stepping,rate,rms_Nm,bound_Nm,verdict\nmicro8,28")
 
 
 def test_the_text_states_gain_and_range(found):
     assert "RMS torque down by" in str(found)
     assert "dB louder over the range" in str(found)
-    assert "QuietDrive: 16 microsteps" in repr(found)
+    assert "QuietDrive: 32 microsteps" in repr(found)

@@ -14,7 +14,7 @@ def data(found):
 
 def test_the_table_and_its_codes_are_there(data, found):
     table = data["table"]
-    assert (table["steps_per_period"], table["bits"], table["largest_code"]) == (16, 10, 511)
+    assert (table["steps_per_period"], table["bits"], table["largest_code"]) == (32, 10, 511)
     assert [a / 511 for a, _ in table["codes"]] == pytest.approx([a for a, _ in table["values"]])
     assert table["values"] == found.table.tolist()
 

@@ -12,12 +12,12 @@ from mechid.identification.result.grade import Grade
 
 def test_the_design_is_kept_and_filled_in(found):
     assert found.design.rates == (30.0,)
-    assert found.table.shape == (16, 2)
+    assert found.table.shape == (32, 2)
     assert np.abs(found.table).max() <= 1.0
     assert found.worst_rise_db < 1.0
     assert [one.rate for one in found.reserves] == [30.0]
     assert found.reserves[0].share >= 0.85
-    assert [curve.stepping for curve in found.survey.curves] == ["micro4", "table"]
+    assert [curve.stepping for curve in found.survey.curves] == ["micro8", "table"]
 
 
 def test_a_fit_of_grade_c_is_refused_with_the_next_command(fit):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mechid.quiet_drives.table_basis import (
+    fundamental,
     nominal_table,
     quarter_wave_harmonics,
     roughness,
@@ -40,3 +41,9 @@ def test_the_roughness_of_a_harmonic_grows_with_its_square():
     change = np.zeros((1, 256, 2))
     change[0, :, 0] = np.cos(3.0 * angle)
     assert np.linalg.norm(roughness(change)) == pytest.approx(9.0 / 2.0, rel=1e-3)
+
+
+def test_only_the_first_harmonic_in_its_phase_turns_with_the_nominal_table():
+    changes = np.array([nominal_table(8), np.roll(nominal_table(8), 8, axis=0), nominal_table(8)[::-1]])
+    np.testing.assert_allclose(fundamental(changes)[:2], [1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(fundamental(table_harmonics(8, 9, mirrored=True)[4:]), 0.0, atol=1e-12)

@@ -1,9 +1,9 @@
 """Cost of a table whose lines are linear in its coefficients, minimised within the limits by an interior point.
 
 Linear lines make the design part a quadratic form and each squared level of the range another one. Both are formed once
-a linearisation, so that the many Newton steps need neither a simulation nor the lines. Peak and levels stay within
-their limits by logarithmic barriers: a penalty of the excess has a kink on which Newton's method stops, and the nominal
-table stands on its peak.
+a linearisation, so that the many Newton steps need neither a simulation nor the lines. Peak, levels and fundamental
+stay within their limits by logarithmic barriers: a penalty of the excess has a kink on which Newton's method stops, and
+the nominal table stands on its peak.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.quiet_drives.periodic_torque import TorqueLines
 from mechid.quiet_drives.settings import QUIET
+from mechid.quiet_drives.table_basis import fundamental
 from mechid.quiet_drives.table_cost import TableCost
 
 
@@ -58,6 +59,10 @@ class LinearisedCost:
             QUIET.pull if level.value <= QUIET.allowed_rise**2 else QUIET.broken_pull for level in self.levels
         ]
         self.values, self.by_step = table.ravel(), changes.reshape(len(changes), table.size).T
+        self.turning = float(fundamental(table[None])[0])
+        self.turning_by_step = fundamental(changes)
+        # At least a little room, so that a table on its limit can be the start.
+        self.least_turning = min(cost.least_fundamental, self.turning - (QUIET.slack - 1.0))
         self.peak = max(cost.peak, float(np.abs(table).max())) * QUIET.slack
 
     def minimise(self, damping: float) -> FloatArray:
@@ -100,15 +105,16 @@ class LinearisedCost:
             self.design.at(c) + pulled + near @ c**2 - barrier * sum(float(np.log(room).sum()) for room in inside)
         )
 
-    def _room(self, c: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the room of each table value and of each squared level to its limit, relative to the limit."""
+    def _room(self, c: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the room to its limit of each table value, of each squared level, and of the fundamental."""
         values = self.values + self.by_step @ c
         levels = [1.0 - level.at(c) / most for level, most in zip(self.levels, self.most, strict=True)]
-        return 1.0 - (values / self.peak) ** 2, np.array(levels, dtype=np.float64)
+        turning = np.array([self.turning + self.turning_by_step @ c - self.least_turning])
+        return 1.0 - (values / self.peak) ** 2, np.array(levels, dtype=np.float64), turning
 
     def _at(self, c: FloatArray, near: FloatArray, barrier: float) -> tuple[float, FloatArray, FloatArray]:
         """Return value, gradient and Hessian of the cost with a barrier at a step."""
-        room, levels = self._room(c)
+        room, levels, turning = self._room(c)
         values = (self.values + self.by_step @ c) / self.peak
         g = 2.0 * (self.design.g + self.design.A @ c + near * c)
         H = 2.0 * (self.design.A + np.diag(near))
@@ -120,7 +126,8 @@ class LinearisedCost:
             slope, weight = 2.0 * (level.g + level.A @ c), pull**2 + barrier / (most * left)
             g = g + weight * slope
             H = H + 2.0 * weight * level.A + barrier / (most * left) ** 2 * np.outer(slope, slope)
-        return self._value(c, near, barrier), g, H
+        own = self.turning_by_step / turning[0]
+        return self._value(c, near, barrier), g - barrier * own, H + barrier * np.outer(own, own)
 
 
 def _squared_level(lines: TorqueLines, nominal: float) -> _Quadratic:

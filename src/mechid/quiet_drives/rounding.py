@@ -11,6 +11,7 @@ its simulation is lower.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,7 +67,14 @@ def plain_codes(table: FloatArray, bits: int, full_scale: float = 1.0) -> IntArr
     return np.clip(codes, -largest, largest)
 
 
-def round_table(table: FloatArray, cost: TableCost, entries: FloatArray, bits: int, full_scale: float) -> RoundedTable:
+def round_table(
+    table: FloatArray,
+    cost: TableCost,
+    entries: FloatArray,
+    bits: int,
+    full_scale: float,
+    is_allowed: Callable[[FloatArray], bool] = lambda _: True,
+) -> RoundedTable:
     """Return the codes of a table at which the cost is lowest, as far as the descent finds it.
 
     Parameters
@@ -77,6 +85,8 @@ def round_table(table: FloatArray, cost: TableCost, entries: FloatArray, bits: i
         Changes of single entries, as `table_entries` makes them.
     bits : int
     full_scale : float
+    is_allowed : callable
+        Rule that a table has to keep beside its cost; plain rounding is not held against it.
     """
     unit, largest = full_scale / largest_code(bits), largest_code(bits)
     codes = plain_codes(table, bits, full_scale)
@@ -89,10 +99,12 @@ def round_table(table: FloatArray, cost: TableCost, entries: FloatArray, bits: i
         r, J = cost.smooth_residuals(found, about, unit * entries)
         tried = [_nearest_codes(about / unit, J.T @ J, J.T @ r, entries, largest, near) for near in QUIET.nearness]
         values = [_true_cost(cost, own, unit) for own in tried]
-        k = int(np.argmin(values))
-        if values[k] >= best:
+        better = [k for k in np.argsort(values) if values[k] < best]
+        chosen = next((k for k in better if is_allowed(np.asarray(unit * tried[k], dtype=np.float64))), None)
+        if chosen is None:
             break
-        codes, best, about = tried[k], values[k], np.asarray(unit * tried[k], dtype=np.float64)
+        codes, best = tried[chosen], values[chosen]
+        about = np.asarray(unit * codes, dtype=np.float64)
     return RoundedTable(codes, full_scale, bits, best, plain)
 
 

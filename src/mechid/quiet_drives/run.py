@@ -34,13 +34,14 @@ from mechid.quiet_drives.driver_layouts import driver_layouts
 from mechid.quiet_drives.improvement import improvement, moved_mechanisms
 from mechid.quiet_drives.quiet_drive import QuietDrive
 from mechid.quiet_drives.rate_survey import survey
+from mechid.quiet_drives.reserved_search import search_within_reserve
 from mechid.quiet_drives.rounding import round_table
 from mechid.quiet_drives.settings import QUIET
-from mechid.quiet_drives.step_reserve import blend_to_reserve, reserves
+from mechid.quiet_drives.step_reserve import reserve_rule, reserves
 from mechid.quiet_drives.table_basis import nominal_table, table_entries, table_harmonics
 from mechid.quiet_drives.table_command import table_command
 from mechid.quiet_drives.table_cost import TableCost
-from mechid.quiet_drives.table_search import design_places, range_places, rise_db, search_table
+from mechid.quiet_drives.table_search import design_places, range_places, rise_db
 from mechid.records.components import TORQUE
 from mechid.simulation.repetition import MIRRORED, repetition
 from mechid.specification.requirement import Requirement
@@ -149,15 +150,16 @@ def _quiet(
     mirrored = repetition(mechanism).steps == MIRRORED
     say(f"nominal table at {len(design.rates)} design rates and over the range")
     places = design_places([mechanism, *draws[: QUIET.draws]], base, design.rates, ends)
-    cost = TableCost(places, design.orders, base, design.peak, workers)
+    cost = TableCost(places, design.orders, base, design.peak, workers=workers)
     checked = range_places(mechanism, base, np.geomspace(*ends, QUIET.checked_rates).tolist())
     changes = table_harmonics(len(base) // 4, QUIET.highest_harmonic, mirrored=mirrored)
-    searched = search_table(cost, changes, checked, say)
-    say("torque reserve")
-    exact, kept = blend_to_reserve(mechanism, base, searched.table, design.rates, design.pull_out_share)
+    searched, exact, kept = search_within_reserve(
+        mechanism, cost, changes, checked, design.rates, design.pull_out_share, say
+    )
     say(f"rounding to {design.bits} bits")
     entries = table_entries(len(base) // 4, mirrored=mirrored)
-    rounded = round_table(exact, searched.cost, entries, design.bits, design.peak)
+    rule = reserve_rule(mechanism, base, design.rates, design.pull_out_share)
+    rounded = round_table(exact, searched.cost, entries, design.bits, design.peak, rule)
     took = time.process_time() - begun
 
     table = rounded.values

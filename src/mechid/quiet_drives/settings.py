@@ -109,7 +109,11 @@ class QuietSettings:
     reserve_ramp_s: float = 0.4
     """Time in which a run rises to the rate."""
     reserve_levels: int = 10
-    """Levels up to the holding torque of which the least that fails is looked for, before bisection."""
+    """Levels up to the holding torque of which the largest that holds is looked for, before bisection."""
+    tightenings: int = 3
+    """Searches with a larger fundamental until the reserve is kept."""
+    tightened: float = 1.3
+    """Factor on the rise of the fundamental: the reserve falls more than the fundamental does."""
     reserve_s: float = 0.5
     """Time for which a rate is held to find its torque reserve."""
     reserve_resolution: float = 0.01

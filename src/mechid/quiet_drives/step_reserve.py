@@ -1,12 +1,12 @@
 """Torque reserve against step loss, with and without a table.
 
 The reserve at a rate is the dry friction at the rotor that may be added before steps are lost, in a run that rises
-slowly to this rate, is held for a while and stops (`designs.step_loss.drive`): the pull-out torque left.
+slowly to this rate, is held for a while and stops (`designs.step_loss.drive`): the pull-out torque that is left.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,16 +60,39 @@ def torque_reserve(mechanism: Mechanism, table: FloatArray, rate: float) -> floa
     most = mechanism.scale(HOLDING)
     if not most or not holds(0.0):
         return 0.0
-    # The least torque that fails, not any: a resonance may let a higher one pass again.
-    levels: list[float] = np.linspace(0.0, most, QUIET.reserve_levels + 1)[1:].tolist()
-    bad = next((level for level in levels if not holds(level)), None)
-    if bad is None:
-        return float(most)
-    good = bad - most / QUIET.reserve_levels
+    # From above: below the pull-out torque single values fail in a resonance of the ramp, and which ones is chance.
+    width = most / QUIET.reserve_levels
+    levels = [k * width for k in range(QUIET.reserve_levels, 0, -1)]
+    good = next((level for level in levels if holds(level)), 0.0)
+    bad = good + width
     while bad - good > QUIET.reserve_resolution * most:
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good
+
+
+def least_fundamental(mechanism: Mechanism, nominal: Sequence[float], least_share: float) -> float:
+    """Return the fundamental, relative to the nominal table, that keeps a share of its reserves in N m.
+
+    The torque that a table's fundamental V can give is V H less the losses at a rate, H the holding torque, so that a
+    reserve N of the nominal table falls to s N at V = 1 - (1 - s) N / H. Harmonics give no mean torque.
+    """
+    holding = mechanism.scale(HOLDING)
+    return 1.0 - (1.0 - least_share) * min(nominal) / holding if holding else least_share
+
+
+def reserve_rule(
+    mechanism: Mechanism, base: FloatArray, rates: Sequence[float], least_share: float
+) -> Callable[[FloatArray], bool]:
+    """Return the rule that a table, (4 n, 2), keeps a share of the nominal reserve at all rates."""
+    nominal = {rate: torque_reserve(mechanism, base, rate) for rate in rates}
+    # The bisection leaves an error of the resolution in both reserves.
+    slack = QUIET.reserve_resolution * (mechanism.scale(HOLDING) or 0.0)
+
+    def keeps(table: FloatArray) -> bool:
+        return all(torque_reserve(mechanism, table, rate) >= least_share * own - slack for rate, own in nominal.items())
+
+    return keeps
 
 
 def blend_to_reserve(
@@ -86,13 +109,10 @@ def blend_to_reserve(
     least_share : float
         Least reserve relative to that of the nominal table.
     """
-    nominal = {rate: torque_reserve(mechanism, base, rate) for rate in rates}
-    slack = QUIET.reserve_resolution * (mechanism.scale(HOLDING) or 0.0)
+    keeps_reserve = reserve_rule(mechanism, base, rates, least_share)
 
     def keeps(share: float) -> bool:
-        moved = base + share * (table - base)
-        # The bisection leaves an error of the resolution in both reserves.
-        return all(torque_reserve(mechanism, moved, r) >= least_share * nominal[r] - slack for r in rates)
+        return keeps_reserve(base + share * (table - base))
 
     if keeps(1.0):
         return table, 1.0

@@ -76,6 +76,12 @@ def quarter_wave_harmonics(microsteps: int, highest: int) -> FloatArray:
     return np.array([np.column_stack([-np.sin(k * (angle + 0.5 * np.pi)), np.sin(k * angle)]) for k in orders])
 
 
+def fundamental(changes: FloatArray) -> FloatArray:
+    """Return the part of tables or changes, (m, 4 n, 2), that turns with the nominal table, (m,); 1 for this table."""
+    nominal = nominal_table(changes.shape[1] // STEPS)
+    return np.asarray(np.tensordot(changes, nominal, axes=2) / changes.shape[1], dtype=np.float64)
+
+
 def roughness(changes: FloatArray) -> FloatArray:
     """Return second differences of changes over the electrical angle, (8 n, m) per rad^2, so that |R c|^2 is a mean."""
     count = changes.shape[1]

@@ -53,6 +53,8 @@ class TableCost:
         Nominal table.
     peak : float
         Largest magnitude of a value.
+    least_fundamental : float
+        Least fundamental of a table, relative to the nominal one.
     workers : int
         Threads.
     """
@@ -61,6 +63,7 @@ class TableCost:
     orders: tuple[float, ...]
     base: FloatArray
     peak: float
+    least_fundamental: float = 0.0
     workers: int = 1
 
     def simulate(self, table: FloatArray, changes: FloatArray | None = None) -> list[TorqueLines] | None:
