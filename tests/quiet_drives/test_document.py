@@ -22,5 +22,5 @@ def test_the_files_hold_the_table_and_the_rates(found, tmp_path):
 
 def test_the_text_states_gain_and_range(found):
     assert "RMS torque down by" in str(found)
-    assert "dB louder over the range" in str(found)
+    assert "at the design rate with 10 bits, and lower at all rates of the range." in str(found)
     assert "QuietDrive: 32 microsteps" in repr(found)

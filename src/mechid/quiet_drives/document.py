@@ -12,6 +12,7 @@ from mechid.ink.table import Table
 from mechid.ink.text_table import Column
 from mechid.quiet_drives.numbers import FILE_NAME, quiet_numbers
 from mechid.quiet_drives.quiet_drive import QuietDrive
+from mechid.quiet_drives.settings import QUIET
 from mechid.quiet_drives.table_files import (
     HEADER_NAME,
     RATES_CSV,
@@ -137,17 +138,17 @@ def _parts(data: Mapping[str, Any]) -> Iterator[Part]:
 
 def _verdict(data: Mapping[str, Any]) -> Verdict:
     gains = [one["gain_db"] for one in data["gains"]]
-    rise = data["worst_rise"]
-    loud = rise["rise_db"] is None or rise["rise_db"] > 1.0
-    over = (
-        "loses steps in the range"
-        if rise["rise_db"] is None
-        else f"at most {rise['rise_db']:.1f} dB louder over the range"
-    )
-    headline = (
-        f"RMS torque down by {min(gains):.1f} to {max(gains):.1f} dB at {len(gains)} design rates with "
-        f"{data['table']['bits']} bits, {over}."
-    )
+    rise = data["worst_rise"]["rise_db"]
+    loud = rise is None or rise > QUIET.promised_rise_db
+    if rise is None:
+        over = "but the rotor loses steps in the range"
+    elif rise <= 0.0:
+        over = "and lower at all rates of the range"
+    else:
+        over = f"at most {rise:.1f} dB up elsewhere in the range"
+    rates = f"{len(gains)} design rates" if len(gains) > 1 else "the design rate"
+    size = f"{min(gains):.1f}" if len(gains) == 1 else f"{min(gains):.1f} to {max(gains):.1f}"
+    headline = f"RMS torque down by {size} dB at {rates} with {data['table']['bits']} bits, {over}."
     return Verdict(
         headline, tone=BAD if loud else GOOD, warnings=Lines(data["warnings"], "warning", "Warnings", "yellow")
     )
