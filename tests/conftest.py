@@ -9,8 +9,10 @@ import pytest
 import golden_text
 import measured_data
 from measured_data import NAMED, Figure
+from mechid.identification.stages import kernel_precompilation
 
 FIGURES = pytest.StashKey[list]()
+WORKERS = "PYTEST_XDIST_WORKER_COUNT"
 
 
 def pytest_addoption(parser):
@@ -23,6 +25,19 @@ def pytest_configure():
     """Hear SIGINT also where a shell began the tests in the background: what they start would inherit deaf ears."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_kernels_ahead():
+    """Let no search compile kernels that it may need later where each core has a worker of the tests.
+
+    From a cold cache such a process takes as long as the search itself, from the other worker, and is mostly killed
+    before its kernels are needed. Its own tests say how many cores there are.
+    """
+    with pytest.MonkeyPatch.context() as patched:
+        if int(os.environ.get(WORKERS, "1")) >= kernel_precompilation.usable_cores():
+            patched.setattr(kernel_precompilation, "usable_cores", lambda: 1)
+        yield
 
 
 @pytest.fixture(scope="session")

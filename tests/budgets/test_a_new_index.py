@@ -115,6 +115,7 @@ def test_what_it_needs_of_a_budget_file(tmp_path, old, new, said):
         budget_file(tmp_path, REQUIREMENT.replace(old, new))
 
 
+@pytest.mark.slow
 def test_it_is_in_the_budget_and_its_report(write_report, tmp_path):
     """Truth: a million draws of the phases of the slew's lines and the wheel's, each with its gain, and of the noise;
     the words of the row. A free body does it no harm."""

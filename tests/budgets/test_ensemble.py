@@ -50,7 +50,7 @@ def over_the_ensemble(errors, confidence, axis, interpretation, seed):
     ids=["one bias", "four biases", "cone of two"],
 )
 @pytest.mark.parametrize("interpretation", ["temporal", "mixed"])
-@pytest.mark.parametrize("confidence", [0.9545, 0.9973])
+@pytest.mark.parametrize("confidence", [pytest.param(0.9545, marks=pytest.mark.slow), 0.9973])
 def test_the_standard_error_is_that_of_the_seeds(errors, axis, quantile, interpretation, confidence):
     """Truth: the normal and the Rayleigh quantile, in units of the spread, at 10 seeds.
 

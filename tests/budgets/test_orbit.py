@@ -65,6 +65,7 @@ def test_shooting_finds_what_settles_slowly(flying):
     np.testing.assert_allclose(period.modulo(gone - short.x) / short.size, 0.0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_on_a_free_base_with_a_mode_that_rings(flying):
     """Truth: a free rigid body drifts on, nothing depends on where it is; the mode decays with 1/(zeta w).
 

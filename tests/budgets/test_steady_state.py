@@ -60,7 +60,8 @@ def test_gradients_are_those_of_differences(flying, state):
         np.testing.assert_allclose(state.gradient[:, k], expected, atol=0.02 * size, err_msg=name)
 
 
-@pytest.mark.parametrize(("draws", "within"), [(300, 0.15), pytest.param(10_000, 0.021, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("draws", "within"), [(300, 0.15), (10_000, 0.021)])
 def test_the_band_is_the_scatter_of_resimulated_draws(flying, state, draws, within):
     """Truth: mechanisms drawn from the covariance, each simulated anew; of n draws sigma is known to 1/sqrt(2 n)."""
     structure = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)

@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 import chores
+from fewer_records import keep_records
 from mechid.campaign import mechanism_text
 from mechid.campaign.bench import true_mechanism, write_bench
 from mechid.cli.app import app
@@ -105,7 +106,8 @@ def changed(folder):
 
 @pytest.fixture
 def staged(changed, folder):
-    """Return the folder, its mechanism at the truth but for the gear, and a short stage that fits it."""
+    """Return the folder, its mechanism at the truth but for the gear, two records and a short stage that fits it."""
+    keep_records(folder, "full_46", "micro_46")
     for old, new in (
         ("value = 9.5,", "value = 9.9,"),
         ("value = 0.0229", "value = 0.045"),
@@ -128,15 +130,35 @@ def staged(changed, folder):
     return folder
 
 
+def free_two(folder, *names):
+    """Let a bench's campaign have the named records and two unknowns, fitted in a short stage; return its file."""
+    keep_records(folder, *names)
+    (folder / "mechanism.toml").write_text(mechanism_text(true_mechanism().with_free(TWO), "near"), encoding="utf-8")
+    campaign = folder / "campaign.toml"
+    campaign.write_text(campaign.read_text(encoding="utf-8") + STAGE_OF_TWO, encoding="utf-8")
+    return campaign
+
+
+@pytest.fixture(scope="session")
+def bench_of_two(bench, tmp_path_factory):
+    """Return a function that copies the bench and leaves it the named records and two unknowns."""
+
+    def copy(*names):
+        folder = shutil.copytree(bench, tmp_path_factory.mktemp("two") / "bench")
+        free_two(folder, *names)
+        return folder
+
+    return copy
+
+
 @pytest.fixture(scope="session")
 def fitted(tmp_path_factory):
-    """Return the folders of a campaign of two unknowns and of its fit; not to be changed."""
+    """Return the folders of a campaign of two records and two unknowns, and of its fit; not to be changed."""
 
     def make():
         folder = tmp_path_factory.mktemp("beyond")
-        campaign = write_bench(folder / "bench", seed=3, sweep_s=1.0)
-        (folder / "bench" / "mechanism.toml").write_text(mechanism_text(true_mechanism().with_free(TWO), "near"))
-        campaign.write_text(campaign.read_text() + STAGE_OF_TWO)
+        write_bench(folder / "bench", seed=3, sweep_s=1.0)
+        campaign = free_two(folder / "bench", "full_46", "micro_46")
         result = CliRunner().invoke(app, ["identify", str(campaign), "--out", str(folder / "fit")])
         assert result.exit_code == 0, result.stderr
         return folder

@@ -58,6 +58,7 @@ def test_a_budget_from_file_to_file(run, folder):
     assert "left on the bench: [housing]: its filter has no reaction" in result.stdout
 
 
+@pytest.mark.slow
 def test_several_steady_states_from_file_to_file(run, folder):
     """Truth: closed forms between the files: decay by multiplier, and of a rate's motions the largest RMS counts."""
     sticky = SMALL.replace("[flight]\n", "[flight]\nvalues = { friction.static = 0.03, friction.viscous = 0.002 }\n")

@@ -9,20 +9,29 @@ HELD_OUT = ('name = "micro_46"', 'name = "micro_46"\nuse = "validate"')
 
 
 @pytest.fixture
-def fits(run, staged, changed, tmp_path):
-    """Return the folders of two fits of the same records: stiffness and damping free, and damping held 30 % off."""
+def identified(run, staged, changed, tmp_path):
+    """Return a function that identifies a campaign into a folder; the staged one has a record held out."""
     changed("campaign.toml", *HELD_OUT)
+
+    def identify(folder, name):
+        out = tmp_path / "fit" / name
+        result = run("identify", folder, "--out", out, "--workers", 1)
+        assert result.exit_code == 0, result.stderr
+        return out
+
+    return identify
+
+
+@pytest.fixture
+def fits(identified, staged, tmp_path):
+    """Return the folders of two fits of the same records: stiffness and damping free, and damping held 30 % off."""
     other = shutil.copytree(staged, tmp_path / "held")
     campaign = (other / "campaign.toml").read_text()
     (other / "campaign.toml").write_text(campaign.replace(', "gear.damping"]', "]"))
     mechanism = (other / "mechanism.toml").read_text()
     line = next(line for line in mechanism.splitlines() if line.startswith("damping = { value = 0.48"))
     (other / "mechanism.toml").write_text(mechanism.replace(line, "damping = 0.507"))
-    out = [tmp_path / "fit" / name for name in ("both_free", "held_wrong")]
-    for folder, into in zip((staged, other), out, strict=True):
-        result = run("identify", folder, "--out", into, "--workers", 1)
-        assert result.exit_code == 0, result.stderr
-    return out
+    return [identified(staged, "both_free"), identified(other, "held_wrong")]
 
 
 def test_the_hypothesis_that_made_the_records_is_preferred(run, fits, tmp_path):
@@ -37,12 +46,12 @@ def test_the_hypothesis_that_made_the_records_is_preferred(run, fits, tmp_path):
     assert f"written: {tmp_path / 'verdict' / 'comparison.json'}" in result.stdout
 
 
-def test_other_records_are_refused(run, refused, fits, staged, tmp_path):
+def test_other_records_are_refused(refused, identified, staged):
+    before = identified(staged, "before")
     path = staged / "full_46.csv"
     lines = path.read_text().splitlines()
     path.write_text("\n".join([*lines[:-1], lines[-1].split(",")[0] + ",0.0"]) + "\n")
-    assert run("identify", staged, "--out", tmp_path / "other", "--workers", 1).exit_code == 0
-    line = refused(2, "compare", fits[0], tmp_path / "other")
+    line = refused(2, "compare", before, identified(staged, "other"))
     assert 'record "full_46": other samples' in line
 
 

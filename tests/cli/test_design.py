@@ -45,6 +45,7 @@ def test_a_design_of_records_without_files(designed):
             assert (out / "figures" / f"{name}.{suffix}").stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_the_proposed_campaign_can_be_driven_and_looked_at_again(run, designed, tmp_path):
     """Truth: the proposal read back has the commands chosen, and a design of it predicts the same errors."""
     out, again = shutil.copytree(designed[0], designed[0].parent / "copy"), tmp_path / "again"
@@ -63,6 +64,7 @@ def test_the_proposed_campaign_can_be_driven_and_looked_at_again(run, designed, 
         assert now["planned"] == (before["chosen"] and pytest.approx(before["chosen"], rel=1e-6)), now["name"]
 
 
+@pytest.mark.slow
 def test_after_a_fit_its_records_are_there_already(run, staged, tmp_path):
     """Truth: what is known now is what the fit reports; what it held because no record told it is open again."""
     fit, out = tmp_path / "fit", tmp_path / "out"
@@ -80,6 +82,7 @@ def test_after_a_fit_its_records_are_there_already(run, staged, tmp_path):
     assert known["gear.stiffness"]["chosen"] < 0.9 * known["gear.stiffness"]["planned"]
 
 
+@pytest.mark.slow
 def test_one_parameter_can_be_the_aim(run, planned, tmp_path):
     """Truth: of one mechanism the criterion is the logarithm of that parameter's error over its value."""
     text = SMALL.replace("mechanisms = 2", "mechanisms = 1")

@@ -13,12 +13,16 @@ from contextlib import contextmanager
 
 import pytest
 
-from mechid.budgets.example import write_example
+from mechid.budgets.example import BUDGET, BUDGET_NAME, write_example
 from mechid.errors import UnwritableError
 from mechid.locks import hold_folder
 from mechid.writing import creating_folder, write_together
 
 resource = pytest.importorskip("resource")
+
+HEAD, _, SLEW, _ = BUDGET.split("[[mode]]\n")
+ONE_RATE = f"{HEAD}[[mode]]\n{SLEW}[[error]]{BUDGET.partition('[[error]]')[2]}"
+"""The example budget with one operating mode at one rate."""
 
 
 @contextmanager
@@ -35,6 +39,7 @@ def room(most):
 @pytest.fixture
 def there(fitted, tmp_path):
     folder = shutil.copytree(fitted, tmp_path / "there")
+    (folder / "fit" / BUDGET_NAME).write_text(ONE_RATE)
     write_example(folder / "fit")
     return folder
 
@@ -57,7 +62,12 @@ VERBS = {
 }
 
 
-@pytest.mark.parametrize("verb", VERBS)
+SLOW = ("diagnose", "export linear")
+
+
+@pytest.mark.parametrize(
+    "verb", [pytest.param(verb, marks=pytest.mark.slow) if verb in SLOW else verb for verb in VERBS]
+)
 def test_a_full_disk_is_2_and_leaves_nothing_half_written(run, refused, there, tmp_path, verb):
     arguments = [there / one if one.startswith(("bench", "fit")) else one for one in VERBS[verb]]
     out = tmp_path / "out"

@@ -85,6 +85,7 @@ def test_campaigns_are_identified_taken_up_and_done_anew_where_they_have_changed
     assert "1 of 2 campaigns have no estimate to use: FM1" in result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_reports")
 def test_another_seed_is_another_identification_and_a_fit_beside_its_campaign_is_taken_up(run, units, tmp_path):
     out, unit = tmp_path / "fleet", units[0]

@@ -15,7 +15,9 @@ WAIT_S = 120.0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals to send to another process")
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize(
+    "name", [*(pytest.param(one, marks=pytest.mark.slow) for one in ("SIGINT", "SIGTERM")), "SIGHUP"]
+)
 def test_ctrl_c_and_a_terminal_or_batch_system_that_ends_it_keep_the_best_so_far(bench, tmp_path, name):
     number = getattr(signal, name)
     out = tmp_path / "result"

@@ -55,10 +55,10 @@ def disturbed(monkeypatch, module, name, error):
 @pytest.mark.parametrize(
     ("name", "error"),
     [
-        ("validate", KeyboardInterrupt()),
         ("validate", OSError(5, "Input/output error")),
         ("add_suggestions", KeyboardInterrupt()),
-        ("add_suggestions", MemoryError()),
+        pytest.param("validate", KeyboardInterrupt(), marks=pytest.mark.slow),
+        pytest.param("add_suggestions", MemoryError(), marks=pytest.mark.slow),
     ],
 )
 def test_what_ends_the_examination_leaves_the_estimate(run, wrong, tmp_path, monkeypatch, name, error):
@@ -131,8 +131,8 @@ def quiet():
     ("marker", "group", "count"),
     [
         (ASKING, False, 1),
-        (DRAWING, True, 1),
-        (DRAWING, False, 2),
+        pytest.param(DRAWING, False, 2, marks=pytest.mark.slow),
+        pytest.param(DRAWING, True, 1, marks=pytest.mark.slow),
         pytest.param(ASKING, True, 1, marks=pytest.mark.slow),
         pytest.param(ASKING, False, 2, marks=pytest.mark.slow),
         pytest.param(DRAWING, False, 1, marks=pytest.mark.slow),

@@ -86,33 +86,33 @@ def closing(number):
     return {"preexec_fn": lambda: os.close(number), "stderr" if number == 1 else "stdout": subprocess.PIPE}
 
 
-def test_closed_standard_output_is_as_if_nobody_had_asked_for_it(bench):
-    assert run_as_shell("check", bench, **closing(1)).returncode == 0
-    missing = run_as_shell("check", bench / "none.toml", **closing(1))
+def test_closed_standard_output_is_as_if_nobody_had_asked_for_it(fitted):
+    assert run_as_shell("check", fitted / "bench", **closing(1)).returncode == 0
+    missing = run_as_shell("check", fitted / "bench" / "none.toml", **closing(1))
     assert missing.returncode == 3
     assert len(missing.stderr.splitlines()) == 1
 
 
-def test_closed_standard_error_takes_nothing_away(bench):
-    done = run_as_shell("check", bench, **closing(2))
+def test_closed_standard_error_takes_nothing_away(fitted):
+    done = run_as_shell("check", fitted / "bench", **closing(2))
     assert done.returncode == 0
-    assert "7 records to estimate from" in done.stdout
-    assert run_as_shell("check", bench / "none.toml", **closing(2)).returncode == 3
+    assert "2 records to estimate from" in done.stdout
+    assert run_as_shell("check", fitted / "bench" / "none.toml", **closing(2)).returncode == 3
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="has no /dev/full")  # noqa: PTH110
-def test_full_standard_output_is_2_in_one_line(bench):
+def test_full_standard_output_is_2_in_one_line(fitted):
     with open("/dev/full", "w") as full:  # noqa: PTH123
-        for arguments in (["check", bench], ["--help"], ["kernel"]):
+        for arguments in (["check", fitted / "bench"], ["--help"], ["kernel"]):
             done = run_as_shell(*arguments, stdout=full, stderr=subprocess.PIPE)
             said = [line for line in done.stderr.splitlines() if line.startswith("mechid")]
             assert said == ["mechid: error: standard output: cannot be written to (No space left on device)"]
             assert done.returncode == 2
             assert "Traceback" not in done.stderr
-        assert run_as_shell("check", bench, stdout=subprocess.PIPE, stderr=full).returncode == 0
+        assert run_as_shell("check", fitted / "bench", stdout=subprocess.PIPE, stderr=full).returncode == 0
 
 
-def test_a_reader_that_has_gone_is_quiet(bench):
+def test_a_reader_that_has_gone_is_quiet(fitted):
     """Truth: 141 is what a shell says of a tool that SIGPIPE ends, as of `yes | head -1`."""
     reading, writing = os.pipe()
     os.close(reading)

@@ -66,13 +66,23 @@ def test_what_compares_with_measurements_refuses_them(refused, planned):
     assert "record[0].file: missing; write the name of the measured file" in line
 
 
-def test_a_file_that_is_named_has_to_be_there_and_design_says_where_it_is_not(run, refused, planned):
-    """A slip in a name is a slip; a design goes on, because the campaign that it proposes names files to be taken."""
+def misspell(planned):
+    """Name a file of the sweep that is not there."""
     path = planned / "campaign.toml"
     named = path.read_text(encoding="utf-8").replace('name = "sweep"', 'name = "sweep"\nfile = "swep.csv"')
     path.write_text(named, encoding="utf-8")
+
+
+def test_a_file_that_is_named_has_to_be_there(refused, planned):
+    misspell(planned)
     assert "swep.csv: there is no such file" in refused(4, "check", planned)
     assert "swep.csv: there is no such file" in refused(4, "simulate", planned, "--out", planned / "sim")
+
+
+@pytest.mark.slow
+def test_design_goes_on_without_the_file_of_a_record_and_says_so(run, planned):
+    """The campaign that it proposes names files to be taken."""
+    misspell(planned)
     result = run("design", planned, "--out", planned / "next")
     assert result.exit_code == 0, result.stderr
     assert 'record "sweep": swep.csv is not there: it counts as planned' in result.stdout

@@ -136,7 +136,12 @@ def test_a_command_that_has_just_begun_ends_at_once(name, group, place, tmp_path
         command.close()
 
 
-@pytest.mark.parametrize("name", AT_WORK)
+LONG = ("demo", "design", "fleet", "bootstrap", "budget")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in AT_WORK]
+)
 def test_a_command_at_work_ends_in_time(name, place, tmp_path, monkeypatch):
     line, marker, least_s = AT_WORK[name]
     command, out = begun(line, place, tmp_path, monkeypatch)
@@ -170,7 +175,7 @@ def test_signals_close_together_are_one(place, tmp_path, monkeypatch):
         command.close()
 
 
-@pytest.mark.parametrize("count", [1, 2], ids=["once", "twice"])
+@pytest.mark.parametrize("count", [pytest.param(1, marks=pytest.mark.slow), 2], ids=["once", "twice"])
 def test_a_compilation_ends_without_a_word_of_the_compiler(count, place, tmp_path, monkeypatch):
     """LLVM aborts where Python ends beneath a thread that compiles."""
     environment = {"MECHID_CACHE": str(tmp_path / "cache")}

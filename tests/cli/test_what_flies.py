@@ -61,6 +61,7 @@ def line_of(folder, order):
     return next(float(r["torque_amplitude_Nm"]) for r in found if float(r["order"]) == order)
 
 
+@pytest.mark.slow
 def test_output_friction_flies(run, tmp_path):
     """Truth: the line of the same file simulated for 8 s; that without the friction, seven times it, was silent."""
     changes = {"output_friction": {"coulomb": 0.3}, "housing": None}
@@ -127,6 +128,7 @@ def test_what_belongs_to_a_record_stays_with_a_line(run, tmp_path):
         assert f"left on the bench: {name}: it belongs to one record" in " ".join(result.stdout.split())
 
 
+@pytest.mark.slow
 def test_an_own_friction_block_flies_as_itself(run, tmp_path):
     """Truth: a law whose keys are those of Coulomb friction and which brakes three times as much."""
     (tmp_path / "own.py").write_text(

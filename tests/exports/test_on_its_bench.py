@@ -47,7 +47,7 @@ def linear(handed, *, stand):
     return linear_of(handed, Options(rates=(), samples=2, stand=stand))
 
 
-ALONE = set(CHAINS) - {"gain", "whole chain"}
+ALONE = set(CHAINS) - {"whole chain"}
 """Single stages, all of which the whole chain has."""
 
 
@@ -179,6 +179,7 @@ def test_without_a_stand_both_are_the_same(paper):
     np.testing.assert_array_equal(*(lines_of(handed, stand=stand)[2].lines for stand in (False, True)))
 
 
+@pytest.mark.slow
 def test_the_history_has_what_the_bench_shows(paper):
     """Truth: the simulation of the mechanism as identified."""
     handed = bench_of(paper, HOUSINGS["whole"])

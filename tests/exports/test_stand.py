@@ -34,17 +34,18 @@ TARGETS = {
     "linear": OfLinear(rates=(46.0,), samples=2),
     "tables": OfTables(rates=(46.0,)),
 }
+FIRST_TEXTS = [pytest.param(one, marks=pytest.mark.slow) if one in ("fmu", "linear") else one for one in TARGETS]
 TOLERANCE = {"c": 1e-9, "fmu": 1e-9, "linear": AGREES, "tables": 1e-7}
 """Of the largest error that each check may find: N m, of linear models relative."""
 
 
-@pytest.fixture(scope="module", params=TARGETS)
+@pytest.fixture(scope="module", params=FIRST_TEXTS)
 def done(request, paper, tmp_path_factory):
     """Return what each target has written by default."""
     return write_export(paper, request.param, tmp_path_factory.mktemp(request.param), TARGETS[request.param])
 
 
-@pytest.fixture(scope="module", params=TARGETS)
+@pytest.fixture(scope="module", params=FIRST_TEXTS)
 def either_way(request, paper, tmp_path_factory):
     """Return target, and what it has written as it flies and as on the bench: with a test stand, and without one."""
     target = request.param

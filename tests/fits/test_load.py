@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 import mechid
+from fewer_records import keep_records
 from mechid.campaign.bench import write_bench
 from mechid.errors import InputFileError, UsageError
 from mechid.fits.load import campaign_first, campaign_of_fit, completed_file, fit_from, load_campaign_of, load_fit
@@ -23,6 +24,7 @@ def left(tmp_path_factory):
     """Return the folder of a campaign, that of its results, and the fit."""
     place = tmp_path_factory.mktemp("fits")
     write_bench(place / "bench", seed=3, sweep_s=1.0)
+    keep_records(place / "bench", "full_46", "micro_46")
     with (place / "bench" / "campaign.toml").open("a") as file:
         file.write(STAGE)
     done = mechid.identify_into(mechid.load_campaign(place / "bench"), place / "fit", workers=1)

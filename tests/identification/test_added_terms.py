@@ -43,6 +43,7 @@ HARMONIC = {AMPLITUDE: 0.02, PHASE: 40.0}
 FREE = ("gear.stiffness", "gear.damping")
 RECORD = "full_46"
 FILTER = "anti_alias:2"
+FITS = ["made", *(pytest.param(one, marks=pytest.mark.slow) for one in ("with_law", "with_both"))]
 PATH = ("as written", "effects named by the first moments", "those needed there, grown")
 
 
@@ -175,7 +176,7 @@ def test_missing_has_the_term_as_it_has_disturbances(made):
     assert table["amplitude"]["value"] == made.fit.parameters[AMPLITUDE].value
 
 
-@pytest.mark.parametrize("name", ["made", "with_law", "with_both"])
+@pytest.mark.parametrize("name", FITS)
 def test_report_and_files_are_of_the_mechanism_left_behind(name, request):
     """Truth: a simulation of mechanism.toml as it was left."""
     found = request.getfixturevalue(name)
@@ -189,7 +190,7 @@ def test_report_and_files_are_of_the_mechanism_left_behind(name, request):
     assert estimate_of(found)["as_written"] == found.fit.as_written.to_dict()
 
 
-@pytest.mark.parametrize("name", ["made", "with_law", "with_both"])
+@pytest.mark.parametrize("name", FITS)
 def test_the_mechanism_comes_back_from_the_file_left_behind(name, request):
     found = request.getfixturevalue(name)
     again = load_mechanism(found.folder / "mechanism.toml")
@@ -307,6 +308,7 @@ def test_the_file_left_behind_declares_a_law_and_a_term(with_both):
     assert set(flying.names) == {*FREE, *HARMONIC}
 
 
+@pytest.mark.slow
 def test_a_term_that_no_list_has_is_said_in_words_and_diagnosed(tmp_path):
     """Truth: a detent of 130 periods that made the record, which is none of the library's lists."""
     name, amplitude = "stepper.detent:2.77deg", 0.004

@@ -44,6 +44,7 @@ def test_a_direct_drive_is_found_from_force_and_position(tmp_path):
     assert fit.records["run"].residual_rms == pytest.approx(2e-5, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_test_stand_is_found_with_the_mechanism(tmp_path):
     """Transducer resonance by its adaptor, gain, charge amplifier and anti-alias filter, shared by two records."""
     stand = {
@@ -100,6 +101,7 @@ WEIGHT_AND_CABLES = (
 )
 
 
+@pytest.mark.slow
 def test_weight_and_cables_are_found_from_torque_and_angle(tmp_path):
     m = mechanism_of(
         {
@@ -228,6 +230,7 @@ def brushed(folder, changes, free, quantities, *, seconds):
     return load_campaign(folder), truth
 
 
+@pytest.mark.slow
 def test_a_brushed_motor_is_found_from_current_and_rate(tmp_path):
     """All that a data sheet says of it 1.4 times off, no stages; back-EMF and torque constant are one."""
     campaign, truth = brushed(tmp_path, {}, (*WINDING, *SHAFT), ("current", "rotor_rate"), seconds=1.0)

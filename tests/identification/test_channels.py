@@ -41,6 +41,7 @@ def test_all_channels_together_are_identified_from(tmp_path):
 SCALED = ("stepper.peak_voltage", "stepper.coil_resistance", "stepper.coil_inductance", "stepper.torque_constant")
 
 
+@pytest.mark.slow
 def test_a_current_tells_the_voltage_from_the_coils(tmp_path):
     """Truth: with the torque alone U -> c U, k_m -> c k_m, R and L -> c^2 changes nothing; a current goes as 1/c."""
     m = mechanism_of(changed(paper_table(), {"stepper": {"back_emf_constant": None}}))
@@ -176,6 +177,7 @@ def test_an_encoder_is_identified_from_with_its_resolution_as_noise(tmp_path, tu
         assert fit.parameters[name].std_error > 2.0 * fit.parameters[name].std_error_white
 
 
+@pytest.mark.slow
 def test_rounding_is_not_taken_for_a_stationary_colour(tmp_path, turned):
     """Truth: the rule; a filter that is asked for is there."""
     campaign = replace(counted(tmp_path, turned, 0.61), stages=())

@@ -85,6 +85,7 @@ def test_orders_are_whole_and_none_that_the_mechanism_has():
         assert {order % 50 == 0 for order in orders} == {effect == "detent"}
 
 
+@pytest.mark.slow
 def test_the_first_family_draws_what_it_drew(tmp_path):
     """Truth: a bench written before there was a second family: its size, a parameter, three samples of a record."""
     sizes = replace(SMALL, runs=lambda mechanism, rng: dict(list(SMALL.runs(mechanism, rng).items())[:3]))

@@ -85,7 +85,7 @@ def _late(asked):
     return asked.first["verdict"] - 1
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_it_ends_in_each_stage_where_it_is_told_to(campaign, whole, workers):
     """Also in the standard errors, which follow the last report: each thread asks a few times more at most."""
     asked, _ = whole

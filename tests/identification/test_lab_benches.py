@@ -35,7 +35,7 @@ def made(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", ["full_res", "half_res", "micro_res", "sweep"])
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_the_simulator_is_the_kernel(seed, name):
     """Truth: the kernel, which shares no code with it; one mode of the load, and two."""
     mechanism, truth = drawn_mechanism(seed)

@@ -28,6 +28,7 @@ def test_noise_is_what_is_left_also_where_it_is_coloured():
     assert_true(identify(campaign(displaced(truth(), dict.fromkeys(FREE, 1.3)), *records), near=NEAR))
 
 
+@pytest.mark.slow
 def test_a_quiet_stretch_tells_the_search_how_loud_coloured_noise_is():
     """Truth: the values that made the records, within 5 sigma, from a start some way off; the floor alone misleads."""
     quiet = {"step": "quiet", "text": "", "channel": "torque", "rms": NOISE_NM}
@@ -38,6 +39,7 @@ def test_a_quiet_stretch_tells_the_search_how_loud_coloured_noise_is():
     assert all(r.prefilter_order >= 2 for r in fit.records.values())
 
 
+@pytest.mark.slow
 def test_a_narrow_resonance_in_the_noise_is_whitened_until_it_is_white():
     """Truth: the AR(2) process added, and the values that made the records, within 5 sigma.
 

@@ -21,6 +21,7 @@ from synthetic import COMMANDS, NOISE_NM, bench, bounded, campaign, displaced, m
 GEAR = {"gear.stiffness": 1.25, "gear.damping": 0.6}
 PHASE, AMPLITUDE = "stepper.detent.1.phase_deg", "stepper.detent.1.amplitude"
 SHORT_S = 0.12
+AS_WRITTEN = IdentifyOptions(terms=False, disturbances="none")
 
 
 def within(fit, names, made_by, sigmas=5.0):
@@ -70,11 +71,12 @@ def test_another_seed_finds_the_same_optimum(two_records, fit):
         assert other.parameters[name].value == pytest.approx(fit.parameters[name].value, rel=1e-5)
 
 
-@pytest.fixture(scope="module")
-def at_bound():
+@pytest.fixture(scope="module", params=[AS_WRITTEN, pytest.param(IdentifyOptions(), marks=pytest.mark.slow)])
+def at_bound(request):
     """Return the fit of records whose stiffness lies ten standard errors above what the file allows."""
     start = bounded(displaced(truth(), GEAR), "gear.stiffness", max=910.0)
-    return identify(bench(start, truth(), "full_46", "micro_46", seed=31, seconds=SHORT_S), workers=1)
+    made = bench(start, truth(), "full_46", "micro_46", seed=31, seconds=SHORT_S)
+    return identify(replace(made, options=request.param), workers=1)
 
 
 def test_a_parameter_at_its_bound_is_named_and_has_no_error(at_bound):
@@ -172,10 +174,8 @@ def test_a_validation_record_is_predicted(validated):
     assert own.horizon_s == SHORT_S
 
 
-@pytest.mark.parametrize(
-    "options",
-    [IdentifyOptions(terms=False, disturbances="none"), pytest.param(IdentifyOptions(), marks=pytest.mark.slow)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [AS_WRITTEN, IdentifyOptions()])
 def test_a_model_that_lacks_the_waveform_says_how_far_it_goes(options):
     """Truth: half steps driven by square waves; with cosines no value of the parameters follows them.
 

@@ -63,6 +63,7 @@ def test_a_completed_fit_that_is_not_followed_is_searched_again(grades, kept, mo
     assert begun_near == [{"a": 1.0}, None][: len(grades)]
 
 
+@pytest.mark.slow
 def test_a_mechanism_completes_itself():
     """Truth: the harmonic and the parameters that made the records."""
     fit = mechid.identify(made(HARMONIC), workers=1, near=TRUTH, complete=True)

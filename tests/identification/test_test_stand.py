@@ -112,6 +112,7 @@ def folder(tmp_path_factory):
     return made
 
 
+@pytest.mark.slow
 def test_derivatives_to_a_record_s_own_stand_are_those_of_its_own_samples(folder):
     """Truth: differences of the prediction; the samples of other records do not move."""
     problem = make_problem(load_campaign(folder), 1)

@@ -84,7 +84,12 @@ DAMAGES = {
 }
 
 
-@pytest.mark.parametrize("damage", DAMAGES)
+QUICK = ("an empty index", "one bit of a kernel", "a lost kernel", "sums of junk")
+
+
+@pytest.mark.parametrize(
+    "damage", [one if one in QUICK else pytest.param(one, marks=pytest.mark.slow) for one in DAMAGES]
+)
 def test_a_damaged_kernel_is_made_anew(cache, damage):
     folder, _ = cache
     suffix, spoil = DAMAGES[damage]

@@ -28,7 +28,7 @@ def assert_close(found, expected):
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("housing", HOUSINGS)
+@pytest.mark.parametrize("housing", ["paper", pytest.param("unit_dc", marks=pytest.mark.slow), None])
 def test_the_kernel_s_rates_are_those_typed_by_hand(housing, mode):
     """Truth: `hand_typed`, its derivatives by complex steps."""
     assert_kernel_agrees(housing, mode, (4, 2), 50.0)

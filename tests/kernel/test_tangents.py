@@ -20,7 +20,7 @@ STEPS = (1e-4, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7)
 STEPS_S = (1e-5, 3e-6, 1e-6, 3e-7, 1e-7)
 """Of a time offset, in s; smaller ones drown in the rounding of the filter's propagator."""
 AGREEMENT = 1e-5
-RECORD_CASES = [("full_5", 1.0), ("full_23", 1.0), ("full_46", 1.0), ("full_92", 1.0), ("micro_46", 1.0)]
+LONG_CASES = [("full_5", 1.0), ("full_46", 1.0), ("full_92", 1.0), ("sweep", 3.0)]
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,14 @@ def assert_agree(found, note):
         assert not v.converged or v.error <= AGREEMENT, v
 
 
-@pytest.mark.parametrize(("name", "duration_s"), [*RECORD_CASES, ("sweep", 3.0)])
+@pytest.mark.parametrize(
+    ("name", "duration_s"),
+    [
+        ("full_23", 1.0),
+        ("micro_46", 1.0),
+        *(pytest.param(*one, marks=pytest.mark.slow) for one in LONG_CASES),
+    ],
+)
 def test_they_agree_with_central_differences(name, duration_s, note):
     """All stick/slip of the sweep falls into its first two seconds."""
     m = mechanism()

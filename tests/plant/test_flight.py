@@ -136,7 +136,7 @@ class JointModel:
 @pytest.mark.parametrize(
     ("base", "load", "stepping"),
     [
-        pytest.param(BASE, LOAD, "full", id="base and load"),
+        pytest.param(BASE, LOAD, "full", id="base and load", marks=pytest.mark.slow),
         pytest.param(BASE, [], "full", id="base", marks=pytest.mark.slow),
         pytest.param([], LOAD, "full", id="load", marks=pytest.mark.slow),
         pytest.param(BASE, LOAD, "micro", id="microsteps", marks=pytest.mark.slow),

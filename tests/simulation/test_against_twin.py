@@ -10,6 +10,7 @@ import pytest
 from paper import RECORDS, SWEEP, mechanism
 from runs import base, rms, run_kernel, run_twin, state_after
 
+LONG = [("full_23", "paper"), ("full_92", "paper"), ("micro_46", "unit_dc")]
 CASES = [
     ("full_5", "paper"),
     ("full_23", "paper"),
@@ -29,7 +30,10 @@ def assert_promise(kernel, twin, size, note):
     assert largest <= 1e-4 * size
 
 
-@pytest.mark.parametrize(("name", "housing"), CASES)
+@pytest.mark.parametrize(
+    ("name", "housing"),
+    [pytest.param(*one, marks=pytest.mark.slow) if one in LONG else one for one in CASES],
+)
 def test_one_second_agrees(name, housing, note):
     m, command, time_base = mechanism(housing), RECORDS[name], base(1.0)
     kernel, twin = run_kernel(m, command, time_base), run_twin(m, command, time_base)
@@ -40,7 +44,7 @@ def test_one_second_agrees(name, housing, note):
     np.testing.assert_allclose(kernel.switching.time, [s.time for s in twin.switching], rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("begin_s", [0.0, pytest.param(22.0, marks=pytest.mark.slow), 45.0])
+@pytest.mark.parametrize("begin_s", [0.0, *(pytest.param(one, marks=pytest.mark.slow) for one in (22.0, 45.0))])
 def test_two_seconds_of_the_sweep_agree(begin_s, note):
     """The twin starts from the kernel's state; sizes are relative to the whole sweep's RMS."""
     m, until = mechanism(), base(begin_s + 2.0)

@@ -47,7 +47,14 @@ TOGETHER = {
 }
 """Every block of the library once, in few mechanisms: each is a kernel to compile."""
 ALONE = [pytest.param(LAYOUTS[name], id=name, marks=pytest.mark.slow) for name in LAYOUTS if name != "three switches"]
-EVERY = [*(pytest.param(changes, id=name) for name, changes in TOGETHER.items()), *ALONE]
+QUICK = ("backlash between two frictions", "LuGre on a current drive with a table")
+EVERY = [
+    *(
+        pytest.param(changes, id=name, marks=[] if name in QUICK else [pytest.mark.slow])
+        for name, changes in TOGETHER.items()
+    ),
+    *ALONE,
+]
 
 
 def estimable(m, count=16):
@@ -147,6 +154,7 @@ def _values(plant):
     }
 
 
+@pytest.mark.slow
 def test_two_switches_at_one_instant_are_both_taken():
     """Truth: the same body alone. Both stick, slip and turn at the very same instants, and do not know one another."""
     both, alone = twins_on_one_torque()

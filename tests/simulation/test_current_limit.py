@@ -29,6 +29,7 @@ def test_a_coil_at_rest_fills_by_its_exponential():
     np.testing.assert_allclose(run["current_phase_b"], I, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_with_much_voltage_it_is_the_ideal_drive():
     """Truth: the ideal drive, at a supply that fills the coils in less than a microsecond.
 

@@ -22,6 +22,7 @@ def by_hand(time_base, microsteps):
     return -5.7 * longer * np.cos(turned), 5.7 * longer * np.sin(turned)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("microsteps", [1, 4])
 def test_a_table_turns_what_is_commanded(microsteps):
     time_base = base(0.1)

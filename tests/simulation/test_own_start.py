@@ -49,7 +49,7 @@ def torque(mechanism, start, *, command=COMMAND, time_base=None, p=None, directi
     "layout",
     [
         {},
-        CHAIN,
+        pytest.param(CHAIN, marks=pytest.mark.slow),
         *(pytest.param(LAYOUTS[n], marks=pytest.mark.slow) for n in ("lugre", "flexible load", "backlash")),
     ],
 )

@@ -93,7 +93,7 @@ def test_a_run_without_equilibrium_is_lost_from_its_first_sample():
     assert run.outcome is SimulationOutcome.NO_EQUILIBRIUM
 
 
-@pytest.mark.parametrize("drive", ["voltage", "current"])
+@pytest.mark.parametrize("drive", ["voltage", pytest.param("current", marks=pytest.mark.slow)])
 def test_currents_and_angles_before_the_command_are_those_of_the_start(drive):
     """Truth: u/R and I e at the start angle, the angle theta_0/(p/2); derivatives by differences."""
     table = paper_table()

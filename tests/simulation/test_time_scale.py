@@ -67,6 +67,7 @@ def _values(mechanism, plant):
     )
 
 
+@pytest.mark.slow
 def test_runs_side_by_side_have_clocks_of_their_own():
     """Truth: each alone."""
     mechanism = mechanism_of(VARIANTS["paper"])

@@ -44,6 +44,7 @@ def test_a_campaign_in_memory_is_explored_until_ctrl_c(campaign):
     assert "full_46" in page
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send to a thread")
 def test_so_it_is_where_an_event_loop_runs_already_as_in_a_notebook(campaign):
     pages = []

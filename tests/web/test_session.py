@@ -126,6 +126,7 @@ def test_the_course_of_a_fit_ends_where_the_fit_does(session):
         assert places[name][0][1] != places[name][-1][1]
 
 
+@pytest.mark.slow
 def test_the_course_of_a_fit_that_explains_nothing_ends_as_far_off_as_its_records_are(session):
     """Truth: the residual of each whole record, measured less simulated, over the noise that the bench drew."""
     session.set_free("gear.stiffness", is_free=False)
@@ -143,6 +144,7 @@ def test_the_course_of_a_fit_that_explains_nothing_ends_as_far_off_as_its_record
     assert max(before.values()) > 2.0
 
 
+@pytest.mark.slow
 def test_what_is_held_stays_and_a_fit_that_is_cancelled_changes_nothing(session):
     session.set_free("gear.damping", is_free=False)
     session.turn("gear.damping", 0.4)

@@ -111,6 +111,7 @@ def test_sanitizers_and_valgrind_find_nothing(tmp_path):
         assert subprocess.run(call, capture_output=True, check=False).returncode == 0
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_measured_inputs_are_held(tmp_path):
     """Truth: the kernel of a direct drive under the same held torques."""

@@ -47,6 +47,16 @@ def test_what_is_missing_is_named_with_its_value(lacking):
     assert found.over_noise[0] > found.over_noise[1] == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
+def test_it_is_found_among_all_that_is_known(fitted):
+    """Truth: the harmonic that made the records; other laws are asked too."""
+    bench, fit = fitted
+    found = diagnose(replace(fit, campaign=replace(bench, considered=())), workers=1)
+    assert [one.name for one in found.missing] == ["stepper.torque_harmonic:3"]
+    assert {"friction.load_dependent", "charge_amplifier"} <= {one.name for one in found.tried}
+    assert found.unexplained == 0.0
+
+
 def test_the_files_of_a_diagnosis(lacking, tmp_path, capsys):
     """Truth: the contract of diagnose.json, and TOML's own reader."""
     _, found = lacking

@@ -30,6 +30,7 @@ def test_a_fit_on_a_wrong_branch_holds_no_parameter(fitted):
     assert free(Grade.C) - free(Grade.B) == {"gear.damping"}
 
 
+@pytest.mark.slow
 def test_a_diagnosis_begins_with_a_law_and_the_terms_beside_it():
     """Truth: a low-pass and a harmonic that made the record; the fit has found both."""
     law, term, frequency = "anti_alias:2", "stepper.torque_harmonic:3", 12e3

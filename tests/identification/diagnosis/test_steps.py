@@ -39,6 +39,7 @@ def test_a_detent_that_no_list_has_is_named_with_its_period():
     assert abs(own["phase_deg"].value - 30.0) < 4.0 * own["phase_deg"].std_error < 2.0
 
 
+@pytest.mark.slow
 def test_an_alias_is_found_from_where_the_other_effect_is():
     """Truth: offsets of the phase voltages and a detent of 7.2 deg are one, so that either leaves the same."""
     imbalance = {"offset_a": 0.06, "offset_b": -0.04}

@@ -19,7 +19,8 @@ from synthetic import COMMANDS, TRUTH, bench, campaign, displaced, measured, rec
 NAMES = ["stepper.torque_harmonic:3", "stepper.detent:0.9deg", "gear.kinematic_error:2"]
 
 
-@pytest.mark.parametrize("grown_only", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("grown_only", [True, False])
 def test_a_superset_at_its_null_is_the_mechanism(grown_only):
     """Truth: the mechanism itself; what its terms are worth at null is nothing but rounding."""
     plain = truth()
@@ -85,6 +86,7 @@ def test_small_priors_are_of_both_parts_of_a_pair_and_have_their_derivative():
     assert J @ step == pytest.approx(wide.coordinates.prior_rows(at + step)[0] - away, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("allowed", [True, False])
 def test_records_are_followed_although_the_file_lacks_a_harmonic(allowed):
     """Truth: the mechanism that made the records, with a harmonic of the torque constant that the file lacks."""

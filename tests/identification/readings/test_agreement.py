@@ -53,9 +53,6 @@ CASES = {
 }
 
 
-QUICK = ("direction", "quarter turn")
-
-
 def as_written_only(bench):
     """Return a campaign whose search adds no effects, so that it comes to other readings of the records at once."""
     return replace(bench, options=replace(bench.options, terms=False, disturbances="none"))
@@ -64,7 +61,8 @@ def as_written_only(bench):
 @pytest.mark.parametrize(
     ("case", "limit"),
     [
-        *((case, as_written_only) for case in QUICK),
+        ("direction", as_written_only),
+        pytest.param("quarter turn", as_written_only, marks=pytest.mark.slow),
         *(pytest.param(case, lambda bench: bench, marks=pytest.mark.slow) for case in CASES),
     ],
 )
@@ -85,6 +83,7 @@ def test_a_record_that_contradicts_the_others_is_taken_as_it_was(case, limit):
     assert torque.residual_rms == pytest.approx(NOISE_NM, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_gain_that_is_off_is_found():
     """Truth: one record was multiplied by 0.9, the others by 1: the gain of each within 5 standard errors."""
     fit = identify(made("full_46", polarity=0.9), workers=1)
@@ -96,7 +95,8 @@ def test_a_gain_that_is_off_is_found():
     assert [one.name for one in fit.missing] == ["record.gain"]
 
 
-@pytest.mark.parametrize("limit", [as_written_only, pytest.param(lambda bench: bench, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", [as_written_only, lambda bench: bench])
 def test_an_undeclared_time_offset_is_found_and_estimated(limit):
     """Truth: the record was shifted by 3 ms against its command; within 5 standard errors and 1 us."""
     bench = limit(made("full_46", late_s=LATE_S))

@@ -12,7 +12,10 @@ from mechid.identification.search.gates import Growth
 from odd_records import NAMES, made
 
 
-@pytest.mark.parametrize(("late_s", "told"), [(5e-3, True), (-3e-3, True), (2e-4, False)])
+@pytest.mark.parametrize(
+    ("late_s", "told"),
+    [(5e-3, True), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((-3e-3, True), (2e-4, False)))],
+)
 def test_commands_that_begin_late_in_all_records_are_told(late_s, told):
     """Truth: the time offset that made them; one as short is what a filter does, and is looked for as such."""
     problem = make_problem(made("all", late_s=late_s), 1)

@@ -107,6 +107,7 @@ FULL = measured(truth(), COMMANDS["full_46"], np.random.default_rng((7, 0)), sec
 OTHER = measured(truth(), COMMANDS["micro_46"], np.random.default_rng((7, 2)), seconds=1.0)
 
 
+@pytest.mark.slow
 def test_a_wrong_rate_is_still_used():
     """Truth: 46 full steps/s, declared 31; no term that the mechanism lacks makes up for it."""
     bench = campaign(

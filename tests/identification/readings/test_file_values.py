@@ -71,6 +71,7 @@ def test_another_gear_ratio_is_named_with_the_value_that_fits(ratio):
     assert found["gear.ratio"] == pytest.approx(50.0, rel=0.02)
 
 
+@pytest.mark.slow
 def test_an_inertia_that_would_do_as_well_is_named_beside_the_ratio():
     """Truth: neither is told from the other by these records: with 40 for 50 both explain them."""
     made = three_records(changed(paper_table(), {"gear": {"ratio": 40.0}}))
@@ -86,6 +87,7 @@ def test_nothing_is_said_where_no_count_explains_the_records():
     assert list(find_wrong_counts(declared(three_records(table)))) == []
 
 
+@pytest.mark.slow
 def test_a_value_next_to_that_of_the_file_is_no_other_count():
     """Truth: a ratio of 50, as in the file; the search found a start at 50.02 and none at 50."""
     family = FAMILIES[1]
@@ -117,7 +119,7 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("case", ["kg cm2 the wrong way", "bounds above"])
+@pytest.mark.parametrize("case", ["kg cm2 the wrong way", pytest.param("bounds above", marks=pytest.mark.slow)])
 def test_the_value_in_the_way_is_found(case):
     """Truth: which value was written wrongly, and the right one within a tenth."""
     name, how = WRONG[case]
@@ -155,6 +157,7 @@ def test_a_right_file_is_not_looked_at(monkeypatch):
     assert identify(made_with(file_with()), workers=1).grade is Grade.A
 
 
+@pytest.mark.slow
 def test_a_record_of_the_other_sign_is_no_wrong_value():
     """Truth: the file is right, and one record has the other polarity; no value makes up for that."""
     problem = make_problem(made_with(file_with()), 1)
@@ -169,6 +172,7 @@ def test_a_value_that_is_wrong_by_less_than_catalogues_are_is_not_named():
     assert Cause.VALUE_CONTRADICTED not in {reason.cause for reason in fit.reasons}
 
 
+@pytest.mark.slow
 def test_other_poles_are_named_where_a_tachometer_is_measured_too():
     """Truth: 100 poles, told by torque and rotor rate alike."""
     true = truth()

@@ -71,7 +71,18 @@ MISREAD = {
 """Records in numbers that nobody measured."""
 
 
-@pytest.mark.parametrize("name", list(MISREAD))
+LONG = (
+    "thousands commas",
+    "integrated",
+    "absolute values",
+    "counts of 16 bits wrapped",
+    "rectified and squared",
+    "every second sample of another channel",
+)
+"""More than a second each; the default tests have six others."""
+
+
+@pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one in LONG else one for one in MISREAD])
 def test_no_remedy_is_offered_for_numbers_that_were_misread(name):
     assert not [line for line in lines(MISREAD[name]) if REMEDY.search(line)]
 

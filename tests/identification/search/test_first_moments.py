@@ -243,6 +243,7 @@ def test_what_is_shown_of_it(one_cut):
     assert shown["residual_rms"] == pytest.approx(record.residual_rms, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_wrong_start_does_not_spoil_what_comes_after_it(tmp_path):
     """Truth: what made the record; its currents and its gear began otherwise than the model says."""
     bench, rng = Bench(seed=7, table=table(), free=GEARED[2:]), np.random.default_rng(7)
@@ -278,7 +279,7 @@ AXIS = {
 }
 
 
-@pytest.mark.parametrize("way", ["estimated", "burn_in"])
+@pytest.mark.parametrize("way", ["estimated", pytest.param("burn_in", marks=pytest.mark.slow)])
 def test_a_driven_axis_that_begins_in_motion(tmp_path, way):
     """Truth: what made the record: its file begins in the middle of a swing; friction forgets the start in 0.2 s.
 

@@ -28,6 +28,7 @@ def another():
     return campaign(start, record("half_23", torque, half))
 
 
+@pytest.mark.slow
 def test_a_campaign_that_nothing_explains_ends_at_its_budget_and_says_so_first(another, monkeypatch, tmp_path):
     """Truth: the limit, beside the work before and behind the ladder; a resumed search ends at the same work."""
     monkeypatch.setattr(budget, "STAGES", replace(budget.STAGES, effects_budget=EFFECTS, ladder_budget=ALL))

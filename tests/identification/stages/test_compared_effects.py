@@ -22,6 +22,7 @@ def plain(families):
     return look_without_the_detent(families)
 
 
+@pytest.mark.slow
 def test_the_first_moments_name_the_detent(families, plain):
     """Truth: its number of periods; the look that is grown comes last."""
     looks = look_at_first_moments(families, plain.q, str, Journal())

@@ -38,6 +38,13 @@ def clock(tmp_path_factory):
     return folder, one, truth, identify(one, workers=1, near=truth)
 
 
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """Return a campaign that nothing disturbs, the truth and the fit."""
+    one, truth = written(tmp_path_factory.mktemp("undisturbed"), {})
+    return one, truth, identify(one, workers=1, near=truth)
+
+
 def test_a_clock_is_found_with_its_rate(clock):
     """Truth: the recorder's 400 ppm, which is 399.84 less of command time."""
     _, _, truth, fit = clock
@@ -59,6 +66,7 @@ def _in_drivers_time(record):
     return replace(record, clock_reference="driver")
 
 
+@pytest.mark.slow
 def test_a_driver_that_is_off_is_put_right_in_the_recorders_time(tmp_path):
     """Truth: a driver whose steps come 200 ppm too soon, as an independent simulator has it, and a right recorder."""
     one, truth = written(tmp_path, {"driver_ppm": 200.0}, above="")
@@ -94,6 +102,7 @@ def test_a_driver_that_is_off_is_put_right_in_the_recorders_time(tmp_path):
     assert back.parameters == fit.parameters
 
 
+@pytest.mark.slow
 def test_a_clock_of_one_record_is_found_there(tmp_path):
     """Truth: the recorder's 400 ppm in one of three records, and none in the others."""
     sweep = {**MICRO, "rate_profile": [[0.0, 0.0], [4.0, 120.0]]}
@@ -151,10 +160,10 @@ def test_what_it_says_to_declare_is_read(clock):
             assert p.value == pytest.approx(fit.parameters[name].value, abs=0.05 * p.std_error)
 
 
-def test_a_complete_campaign_stays_as_it_is(tmp_path):
+def test_a_complete_campaign_stays_as_it_is(undisturbed):
     """Truth: the same fit where none is allowed, to the last bit."""
-    one, truth = written(tmp_path, {})
-    with_all, plain = (identify(c, workers=1, near=truth) for c in (one, without_option(one)))
+    one, truth, with_all = undisturbed
+    plain = identify(without_option(one), workers=1, near=truth)
     assert with_all.missing == ()
     assert {n: (p.value, p.std_error) for n, p in with_all.parameters.items()} == {
         n: (p.value, p.std_error) for n, p in plain.parameters.items()
@@ -162,7 +171,8 @@ def test_a_complete_campaign_stays_as_it_is(tmp_path):
     np.testing.assert_array_equal(with_all.covariance, plain.covariance)
 
 
-def test_supplies_are_found_with_their_mean_as_the_files(tmp_path):
+@pytest.mark.slow
+def test_supplies_are_found_with_their_mean_as_the_files(undisturbed, tmp_path):
     """Truth: the supplies of the simulator, whose mean is the file's."""
     supplies = (1.010, 0.996, 0.994)
     one, truth = written(tmp_path, {}, supplies=supplies)
@@ -175,11 +185,12 @@ def test_supplies_are_found_with_their_mean_as_the_files(tmp_path):
         assert own.value == pytest.approx(supply * known, abs=4.0 * own.std_error_noise)
         assert own.std_error_noise < 1e-3 * known
     assert max(off(fit, truth)) < 4.0
-    alone = identify(written(tmp_path, {})[0], workers=1, near=truth)
+    _, _, alone = undisturbed
     for name in truth:
         assert fit.parameters[name].std_error_noise < 1.6 * alone.parameters[name].std_error_noise, name
 
 
+@pytest.mark.slow
 def test_a_mean_of_supplies_that_is_off_is_within_the_errors(tmp_path):
     """Truth: the simulator's supplies, whose mean is 0.7 % above the file's and whose scatter s makes it s / sqrt(3).
 
@@ -204,6 +215,7 @@ def test_a_mean_of_supplies_that_is_off_is_within_the_errors(tmp_path):
     assert abs(fit.correlation[tuple(pair)]) > 0.95
 
 
+@pytest.mark.slow
 def test_declared_mains_are_removed_where_the_grid_is(tmp_path):
     """Truth: hum of 50.02 Hz, as large as the noise, under records that say mains = 50.0; one at 1.5 orders of it."""
     hum = {"mains_hz": 50.02, "mains_1": 2e-3, "mains_2": 1e-3, "mains_3": 1e-3}

@@ -47,6 +47,7 @@ def test_the_likeliest_single_effect_has_nearly_the_right_number_of_periods():
     assert "stepper.torque_harmonic:3" not in listed[:2]
 
 
+@pytest.mark.slow
 def test_friction_over_the_angle_is_alone_with_its_order(uneven):
     """Truth: 5 periods a turn of the rotor, of which the records see one and a half."""
     of_records, listed, found = rank_effects(uneven, uneven.bare, uneven.plain.start, uneven.plain.whole_windows())
@@ -73,6 +74,7 @@ def test_a_plant_has_places_for_friction_over_the_angle_where_one_is_named(uneve
     assert uneven.with_periods("friction.position:2", 9) is None
 
 
+@pytest.mark.slow
 def test_effects_of_every_kind_are_compared_over_the_first_seconds(uneven):
     """Truth: friction over the angle, 5 periods a turn, beside which nothing listed and no detent explains as much."""
     scores = effect_scores(uneven, uneven.bare, uneven.plain.start)
@@ -81,6 +83,7 @@ def test_effects_of_every_kind_are_compared_over_the_first_seconds(uneven):
     assert any(name.startswith("stepper.detent:") for name in scores)
 
 
+@pytest.mark.slow
 def test_the_number_of_periods_of_a_detent_is_exact_over_whole_records():
     """Truth: 130 periods; the scan in steps passes over it, its neighbours are compared again."""
     made = detent_bench(0.6)

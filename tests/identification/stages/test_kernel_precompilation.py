@@ -46,6 +46,7 @@ def test_without_terms_there_is_no_law_to_compile(campaign, problem):
     assert len(list(layouts(Families(problem, one)))) == 1
 
 
+@pytest.mark.slow
 def test_models_of_one_plant_share_a_kernel(campaign, problem):
     """Truth: the lanes that a kernel is made for; the derivatives are those of a kernel with no spare lanes."""
     families = Families(problem, campaign)

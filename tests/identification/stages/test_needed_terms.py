@@ -72,6 +72,7 @@ def test_a_law_in_place_of_another_has_nothing_to_drop(with_harmonic):
     assert drop_unneeded_terms(state, plain) is state
 
 
+@pytest.mark.slow
 def test_an_alias_is_tried_and_named():
     """Truth: offsets of the phase voltages and a detent of one period in a turn of the electrical angle are one."""
     plain, state = grown(DETENT)

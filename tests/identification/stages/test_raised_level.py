@@ -24,6 +24,7 @@ def after():
     return NAMED_AT_RAISED_LEVEL.attempt(Climb(Watch(state, silent, 4), campaign, 1, state, best, growth=growth))
 
 
+@pytest.mark.slow
 def test_the_effect_is_named_exactly_and_grown_to_the_ends(after):
     assert after.complete
     assert after.state.added.terms == (f"stepper.detent:{360.0 / PERIODS:.3g}deg",)

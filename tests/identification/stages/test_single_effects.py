@@ -21,6 +21,7 @@ def plain(families):
     return look_without_the_detent(families)
 
 
+@pytest.mark.slow
 def test_single_effects_are_looked_at_until_the_number_of_periods_is_right(families, plain, monkeypatch):
     """Truth: 130 periods. The likeliest are given as the derivatives may have them: 4 % off, and another effect."""
     near = families.with_periods(RIGHT, 125)

@@ -182,6 +182,7 @@ def test_with_a_complete_model_noise_says_it_all():
         assert abs(p.value - truth().value(name)) < 4.0 * p.std_error
 
 
+@pytest.mark.slow
 def test_with_a_wrong_housing_the_errors_reach_the_truth():
     """Truth: the mechanism that made the records. Noise alone would have it many standard errors away."""
     start = wrong(displaced(truth(), FREE))
