@@ -7,6 +7,7 @@ import pytest
 
 from detent_bench import detent_families, look_without_the_detent
 from mechid.identification.computation.journal import Journal
+from mechid.identification.stages import first_look
 from mechid.identification.stages.families import TERMS_AND_RECORDS
 from mechid.identification.stages.first_look import effect_words, first_windows, fit_look, prune_look
 from mechid.identification.stages.settings import STAGES
@@ -50,6 +51,17 @@ def test_a_further_effect_has_to_be_worth_its_freedoms(families, plain):
     assert more.model.problem.size == right.model.problem.size + 2
     assert more.criterion - right.criterion == pytest.approx(more.cost - right.cost + 2.0 * np.log(right.samples))
     assert right.criterion < more.criterion
+
+
+def test_past_a_stall_nothing_is_fitted_again_where_nothing_is_dropped(families, plain, monkeypatch):
+    """Truth: the look itself. Over the first moments, which cost little, it is fitted again."""
+    right, windows = look_with(families, plain, RIGHT), first_windows(families.plain)
+    fits = []
+    monkeypatch.setattr(first_look, "fit_look", lambda model, q, *_: fits.append(q) or replace(right, model=model, q=q))
+    past = prune_look(families, right, str, Journal(), windows)
+    assert (past.model.effects, past.cost, len(fits)) == ((RIGHT,), right.cost, 0)
+    assert prune_look(families, right, str, Journal()).model.effects == (RIGHT,)
+    assert len(fits) == 1
 
 
 def test_what_is_not_needed_is_dropped(families, plain):

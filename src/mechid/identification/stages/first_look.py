@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
@@ -111,7 +111,10 @@ def prune_look(
         return look
     tell(f"needed there: {effect_words(needed)}")
     less = look.model.keep_effects(families.plain, needed, ", ".join(needed) or "as written")
-    found = fit_look(less, less.point_of(look.model, look.q), journal, windows)
+    q = less.point_of(look.model, look.q)
+    # Nothing is pruned: past a stall, where a fit takes seconds of the budget, the growth itself fits it further.
+    is_whole = bool(windows) and set(needed) == set(look.model.effects)
+    found = replace(look, model=less, q=q) if is_whole else fit_look(less, q, journal, windows)
     # Effects that have reached the edge of their prior get a wider one, since pruning leaves them more to explain.
     wider = less.widen_priors(families.plain, found.q, STAGES.at_edge, STAGES.wider)
     return found if wider is less else fit_look(wider, wider.point_of(less, found.q), journal, windows)

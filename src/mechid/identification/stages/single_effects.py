@@ -43,7 +43,8 @@ def look_at_singles(
         name = min(looks, key=lambda one: looks[one].cost, default=None)
         found = [*looks.values()]
         if name is not None and name in families.unlisted_terms and looks[name].cost < least:
-            found.append(choose_best_period(families, looks[name], name, windows, tell, journal, steps))
+            best = choose_best_period(families, looks[name], name, windows, tell, journal, steps)
+            found = [best, *(look for other, look in looks.items() if other != name)]
         least = min([least, *(look.cost for look in found)])
         yield found
 
