@@ -28,6 +28,7 @@ COMMANDS = (
     "bootstrap",
     "design",
     "budget",
+    "quiet",
     "export",
     "report",
     "fleet",

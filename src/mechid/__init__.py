@@ -59,6 +59,9 @@ if TYPE_CHECKING:
     from mechid.plant.block import Block
     from mechid.plant.mechanism import Mechanism
     from mechid.profiles.run import Profiles, profile
+    from mechid.quiet_drives.design_file import QuietDesign
+    from mechid.quiet_drives.quiet_drive import QuietDrive
+    from mechid.quiet_drives.run import quiet
     from mechid.records.load import load_record
     from mechid.records.record import Channel, Record
     from mechid.reports.into_folder import Identified
@@ -122,6 +125,9 @@ _NAMES = {
     "plant.block": ("Block",),
     "plant.mechanism": ("Mechanism",),
     "profiles.run": ("Profiles", "profile"),
+    "quiet_drives.design_file": ("QuietDesign",),
+    "quiet_drives.quiet_drive": ("QuietDrive",),
+    "quiet_drives.run": ("quiet",),
     "records.load": ("load_record",),
     "records.record": ("Channel", "Record"),
     "reports.into_folder": ("Identified",),
@@ -169,6 +175,8 @@ __all__ = [
     "Profile",
     "Profiles",
     "Progress",
+    "QuietDesign",
+    "QuietDrive",
     "RateProfile",
     "Record",
     "RecordEntry",
@@ -214,6 +222,7 @@ __all__ = [
     "open_results",
     "paired_steps",
     "profile",
+    "quiet",
     "report",
     "shaped_ramp",
     "shaped_rate",

@@ -27,6 +27,7 @@ DOCUMENTS: Mapping[str, str] = {
     "Fleet": "mechid.fleets.document",
     "Index": "mechid.indexes.document",
     "Profiles": "mechid.profiles.document",
+    "QuietDrive": "mechid.quiet_drives.document",
     "Simulated": "mechid.simulations.document",
     "Survey": "mechid.looks.document",
     "Trajectory": "mechid.simulations.document",

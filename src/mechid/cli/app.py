@@ -37,6 +37,7 @@ from mechid.cli.look import look
 from mechid.cli.new import new
 from mechid.cli.open import open_index
 from mechid.cli.profile import profile
+from mechid.cli.quiet import quiet
 from mechid.cli.report import report
 from mechid.cli.simulate import simulate
 from mechid.cli.standard_streams import NOBODY_READS, ReaderGoneError, prepare_streams
@@ -107,6 +108,7 @@ VERBS = (
     bootstrap,
     design,
     budget,
+    quiet,
     export,
     kernel,
 )

@@ -1,0 +1,1 @@
+"""Quiet drive: rates, stepping and microstep table with which an identified mechanism disturbs least."""
