@@ -11,6 +11,14 @@ def test_an_empty_file_is_the_default(tmp_path):
     assert read_quiet_file(tmp_path / "quiet.toml") == QuietDesign()
 
 
+def test_the_loops_of_the_same_file_are_checked_and_left_to_the_linear_export():
+    """Truth: the example of docs/export_loops.md."""
+    loop = {"kp": 100.0, "ki": 20000.0, "sample_rate_hz": 10000.0}
+    assert quiet_design_of({"current_loop": loop}) == QuietDesign()
+    with pytest.raises(InputFileError, match=r"current_loop\.gain: unknown key"):
+        quiet_design_of({"current_loop": {**loop, "gain": 1.0}})
+
+
 def test_all_keys_are_read():
     found = quiet_design_of(
         {

@@ -20,6 +20,7 @@ from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_table, is_whole
 from mechid.command.phase_table import MOST
 from mechid.command.stepping import STEPPINGS, Stepping
+from mechid.exports.linear.loops.loop_file import TABLES, loops_from_table
 from mechid.specification.requirement import Requirement
 from mechid.specification.requirement_entry import read_requirements
 
@@ -39,6 +40,7 @@ KEYS = (
     "limit",
     "flight",
     "requirement",
+    *TABLES,
 )
 DRIVE_KEYS = ("peak", "pull_out_share")
 LIMIT_KEYS = ("rms_Nm",)
@@ -116,6 +118,8 @@ def quiet_design_of(table: Mapping[str, Any], place: Place = IN_CODE, folder: Pa
         As for `read_quiet_file`.
     """
     refuse_unknown_keys(table, KEYS, place)
+    # One file serves both: the loops are of `mechid export --to linear`, but a wrong one is told here too.
+    loops_from_table(table, place)
     plain = QuietDesign()
     drive, drive_at = _table(table, "drive", DRIVE_KEYS, place)
     limit, limit_at = _table(table, "limit", LIMIT_KEYS, place)
