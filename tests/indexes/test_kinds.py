@@ -23,6 +23,7 @@ from mechid.indexes.kinds import KINDS
 from mechid.looks import document as look_document
 from mechid.looks import numbers as looks
 from mechid.profiles import numbers as profiles
+from mechid.quiet_drives import numbers as quiet_drives
 from mechid.simulations import numbers as simulations
 
 WRITTEN = {
@@ -34,6 +35,7 @@ WRITTEN = {
     "Profiles": (profiles.FILE_NAME, profiles.FORMAT),
     "Bootstraps": (bootstraps.FILE_NAME, bootstraps.FORMAT),
     "Designs": (sentences.JSON_NAME, designs.FORMAT),
+    "Quiet drives": (quiet_drives.FILE_NAME, quiet_drives.FORMAT),
     "Budgets": (budget_files.JSON, budgets.FORMAT),
     "Emissions": (emission_document.JSON_NAME, emissions.FORMAT),
     "Fleets": (fleet_files.JSON_NAME, fleets.FORMAT),

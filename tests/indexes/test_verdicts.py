@@ -65,3 +65,11 @@ def test_a_budget_of_mechid_is_told(tmp_path_factory):
     met = sum(one["decided"]["met"] for one in data["requirements"])
     assert verdicts.budget_verdict(data).headline == f"{met} of {len(data['requirements'])} requirements met"
     assert len(data["provenance"]["fit"]["mechanism_sha256"]) == 64
+
+
+@pytest.mark.parametrize(("bound", "tone"), [(3.0, GOOD), (-0.1, CAUTION)])
+def test_a_quiet_drive_is_as_good_as_the_bound_of_its_least_gain(bound, tone):
+    gains = [{"gain_db": 30.07, "bound_db": 29.0}, {"gain_db": 12.34, "bound_db": bound}]
+    found = verdicts.quiet_verdict({"gains": gains, "table": {"bits": 10}, "warnings": ["no rate is recommended"]})
+    assert found.headline == "RMS torque down by 12.3 dB or more at the design rates, with 10 bits"
+    assert (found.tone, found.lines) == (tone, ("no rate is recommended",))

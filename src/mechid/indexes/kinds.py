@@ -109,6 +109,14 @@ KINDS: tuple[Kind, ...] = (
         picture="standard_errors",
     ),
     Kind(
+        heading="Quiet drives",
+        file="quiet.json",
+        format="mechid-quiet/1",
+        verdict=verdicts.quiet_verdict,
+        page="quiet.html",
+        picture="quiet_rates",
+    ),
+    Kind(
         heading="Budgets",
         file="budget.json",
         format="mechid-budget/1",

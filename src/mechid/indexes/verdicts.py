@@ -88,6 +88,14 @@ def design_verdict(data: Data) -> Verdict:
     return Verdict(f"{count} in {chosen['seconds']:.0f} s: errors {digits(gain, 3)} times smaller", "", _few([names]))
 
 
+def quiet_verdict(data: Data) -> Verdict:
+    """Give the least gain of a microstep table over its design rates, and its bits."""
+    least = min(data["gains"], key=lambda one: float(one["gain_db"]))
+    gain, bits = digits(float(least["gain_db"]), 3), int(data["table"]["bits"])
+    headline = f"RMS torque down by {gain} dB or more at the design rates, with {bits} bits"
+    return Verdict(headline, GOOD if float(least["bound_db"]) > 0.0 else CAUTION, _few(data["warnings"]))
+
+
 def budget_verdict(data: Data) -> Verdict:
     """Count the met requirements, and give the least margin."""
     decided = [(one["decided"]["margin"], one) for one in data["requirements"]]

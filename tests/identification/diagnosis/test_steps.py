@@ -77,7 +77,10 @@ def test_a_high_pass_that_hides_in_the_noise_is_found():
 
 def test_a_law_stands_beside_another(fitted):
     """Truth: the parameters that each law has of its own, and the values with which the first one stood there."""
-    before, _ = initial_models(fitted[1])
+    campaign, fit = fitted
+    before, _ = initial_models(
+        replace(fit, campaign=replace(campaign, considered=("output_friction", "gear.backlash")))
+    )
     friction = next(law for law in before.other_laws if law.name == "output_friction")
     one = before.use_law(friction, friction.mechanism.with_values({"output_friction.coulomb": 0.0123}))
     backlash = next(law for law in one.other_laws if law.name == "gear.backlash")
