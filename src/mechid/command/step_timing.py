@@ -69,7 +69,7 @@ def staggered_steps(steps: int, rate: float, delays_s: Sequence[float]) -> Float
     """Return the instants of steps at a mean rate, delayed by a repeated pattern.
 
     A pattern of m delays d_i multiplies the line at a frequency f that a single pulse of each step would leave by
-    |sum exp(-2 pi j f (i T + d_i))|/m, T = 1/`rate`: delays of (0, d) suppress the lines where f (T + d) is an odd
+    abs(sum_i exp(-2 pi j f (i T + d_i)))/m, T = 1/`rate`: delays of (0, d) suppress the lines where f (T + d) is an odd
     multiple of 1/2, and create lines at multiples of half the rate.
 
     Parameters
