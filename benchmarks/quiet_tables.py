@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mechid.command.phase_table import nominal_table
 from mechid.plant.flight import to_flight
 from mechid.plant.mechanism import Mechanism
 from mechid.quiet_drives.periodic_torque import PeriodicTorque
@@ -24,7 +25,7 @@ from mechid.quiet_drives.reserved_search import search_within_reserve
 from mechid.quiet_drives.rounding import round_table
 from mechid.quiet_drives.settings import QUIET
 from mechid.quiet_drives.step_reserve import reserve_rule, torque_reserve
-from mechid.quiet_drives.table_basis import nominal_table, table_entries, table_harmonics
+from mechid.quiet_drives.table_basis import table_entries, table_harmonics
 from mechid.quiet_drives.table_cost import TableCost
 from mechid.quiet_drives.table_search import design_places, range_places, rise_db
 from recovery.mechanisms import FAMILIES

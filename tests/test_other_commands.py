@@ -16,7 +16,7 @@ from mechid.reports.numbers import report_data
 from mechid.reports.results import write_results
 
 RATE_HZ, SECONDS, NOISE_NM = 5000.0, 0.8, 0.002
-TABLE = tuple((0.95 * a + 0.05 * a**3, 0.9 * b) for a, b in nominal_table(4))
+TABLE = tuple((0.95 * a + 0.05 * a**3, 0.9 * b) for a, b in nominal_table(4).tolist())
 PAIRED = np.sort(np.concatenate([np.arange(1, 40) / 50.0, np.arange(1, 40) / 50.0 + 0.004]))
 COMMANDS = {
     "by_table": mechid.make_command("micro", microsteps=4, rate=46.0, table=TABLE),
@@ -116,7 +116,7 @@ def test_exports_fly_both(fit, tmp_path):
 def test_a_budget_flies_both(folder, fit, tmp_path):
     """Truth: the cosine's own table gives the cosine's budget; this one gives another."""
     text = (folder / "budget.toml").read_text()
-    (tmp_path / "table.csv").write_text(phase_table_text(nominal_table(4)))
+    (tmp_path / "table.csv").write_text(phase_table_text(nominal_table(4).tolist()))
     (tmp_path / "steps.csv").write_text((folder / "steps.csv").read_text())
     (tmp_path / "nominal.toml").write_text(text)
     (tmp_path / "cosine.toml").write_text(text.replace(', table = "table.csv"', ""))

@@ -23,7 +23,10 @@ def command(**own):
 
 @pytest.mark.parametrize("angle", [0.0, 45.0, -101.25])
 def test_the_nominal_table_is_the_cosine(angle):
-    table, cosine = command(table=nominal_table(N), start_angle_deg=angle), command(start_angle_deg=angle)
+    table, cosine = (
+        command(table=tuple(map(tuple, nominal_table(N).tolist())), start_angle_deg=angle),
+        command(start_angle_deg=angle),
+    )
     np.testing.assert_array_equal(table.excitation(0.2).times, cosine.excitation(0.2).times)
     np.testing.assert_allclose(table.excitation(0.2).values, cosine.excitation(0.2).values, atol=4e-16)
     np.testing.assert_allclose(table.excitation(0.2).initial, cosine.excitation(0.2).initial, atol=4e-16)
@@ -42,7 +45,7 @@ def test_rows_follow_the_steps_from_the_start_angle_both_ways():
 def test_the_kernel_is_driven_by_it():
     """Truth: half of every value is half the peak voltage."""
     mechanism = paper.mechanism()
-    half = tuple((0.5 * a, 0.5 * b) for a, b in nominal_table(N))
+    half = tuple((0.5 * a, 0.5 * b) for a, b in nominal_table(N).tolist())
     values = {"stepper.peak_voltage": 0.5 * mechanism.value("stepper.peak_voltage")}
     base = TimeBase(1e4, 1500)
     by_table = simulate_run(Simulator(mechanism.plant, command(table=half), base).run(mechanism.kernel_values()))

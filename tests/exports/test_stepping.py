@@ -10,7 +10,7 @@ from mechid.command.phase_table import nominal_table
 from mechid.exports.stepping import steppings
 from mechid.simulation.simulator import TimeBase
 
-COSINE = np.array(nominal_table(4))
+COSINE = nominal_table(4)
 BASE = TimeBase(1000.0, 1000)
 UNEQUAL = np.where(np.arange(16)[:, None] < 8, 0.9, 1.0) * COSINE
 

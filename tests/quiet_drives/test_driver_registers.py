@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from mechid.command.phase_table import nominal_table
 from mechid.quiet_drives.driver_registers import (
     AMPLITUDE,
     encode_quarter,
     quarter_of_table,
     table_of_quarter,
 )
-from mechid.quiet_drives.table_basis import nominal_table
 
 
 def decode(registers):

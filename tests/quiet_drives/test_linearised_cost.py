@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from mechid.command.phase_table import nominal_table
 from mechid.quiet_drives.linearised_cost import LinearisedCost
 from mechid.quiet_drives.settings import QUIET
-from mechid.quiet_drives.table_basis import nominal_table
 
 
 class OneLine:

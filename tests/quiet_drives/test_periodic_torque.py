@@ -5,8 +5,9 @@ import pytest
 
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.steady_state import steady_state
+from mechid.command.phase_table import nominal_table
 from mechid.quiet_drives.periodic_torque import PeriodicTorque
-from mechid.quiet_drives.table_basis import nominal_table, table_harmonics
+from mechid.quiet_drives.table_basis import table_harmonics
 from mechid.quiet_drives.table_command import table_command
 
 RATE = 30.0

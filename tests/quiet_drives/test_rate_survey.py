@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mechid.command.phase_table import nominal_table
 from mechid.quiet_drives.rate_survey import (
     ALLOWED,
     FORBIDDEN,
@@ -16,7 +17,6 @@ from mechid.quiet_drives.rate_survey import (
     survey,
     widest_bands,
 )
-from mechid.quiet_drives.table_basis import nominal_table
 
 RATES = np.array([10.0, 20.0, 30.0, 40.0])
 

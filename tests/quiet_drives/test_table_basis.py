@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from mechid.command.phase_table import nominal_table
 from mechid.quiet_drives.table_basis import (
     fundamental,
-    nominal_table,
     quarter_wave_harmonics,
     roughness,
     table_entries,

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from mechid.command.phase_table import nominal_table
 from mechid.quiet_drives.settings import QUIET
-from mechid.quiet_drives.table_basis import nominal_table, table_harmonics
+from mechid.quiet_drives.table_basis import table_harmonics
 from mechid.quiet_drives.table_cost import TableCost, excess_of, peak_part
 from mechid.quiet_drives.table_search import design_places
 

@@ -2,9 +2,9 @@
 
 import pytest
 
+from mechid.command.phase_table import nominal_table
 from mechid.errors import FitError
 from mechid.quiet_drives.periodic_torque import PeriodicTorque
-from mechid.quiet_drives.table_basis import nominal_table
 from mechid.quiet_drives.table_search import design_places, range_places, rise_db
 
 

@@ -127,7 +127,7 @@ class PeriodMap:
         return self.samples / self.duration_s
 
     @cached_property
-    def _held(self) -> BoolArray:
+    def _may_stick(self) -> BoolArray:
         """Whether friction may hold a state at zero, (n,)."""
         switches = self.mechanism.plant.switches
         at_rest = {s for switch in switches for guards in switch.guards.values() for g in guards for s in g.resets}
@@ -215,7 +215,7 @@ class PeriodMap:
 
     def pinned_states(self, x: FloatArray) -> FloatArray:
         """Return 1 for each state that friction holds, (n,), 0 for the others."""
-        return np.asarray(self._held & (x == 0.0), dtype=np.float64)
+        return np.asarray(self._may_stick & (x == 0.0), dtype=np.float64)
 
     def turns_off(self, apart: FloatArray) -> int:
         """Return the distance of two states in electrical periods of the rotor, as a whole number."""

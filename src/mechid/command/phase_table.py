@@ -28,16 +28,18 @@ ROWS_A_FULL_STEP = 4
 """Rows of a table for each microstep of a full step: an electrical period has four full steps."""
 
 
-def nominal_table(microsteps: int) -> PhaseTable:
-    """Return the table of the cosine, 4 n rows.
+def nominal_table(microsteps: int) -> FloatArray:
+    """Return the table of the cosine, (4 n, 2).
 
     Examples
     --------
     >>> nominal_table(1)
-    ((-1.0, 0.0), (0.0, 1.0), (1.0, 0.0), (0.0, -1.0))
+    array([[-1.,  0.],
+           [ 0.,  1.],
+           [ 1.,  0.],
+           [ 0., -1.]])
     """
-    values = phase_voltages(np.arange(ROWS_A_FULL_STEP * microsteps), microsteps, 0.0, "cosine")
-    return tuple((float(a), float(b)) for a, b in values)
+    return phase_voltages(np.arange(ROWS_A_FULL_STEP * microsteps), microsteps, 0.0, "cosine")
 
 
 def table_of(found: Any, microsteps: int, folder: Path = Path()) -> PhaseTable:

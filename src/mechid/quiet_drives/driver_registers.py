@@ -94,7 +94,7 @@ def eighth_step_codes(table: FloatArray) -> list[int]:
 
     Examples
     --------
-    >>> from mechid.quiet_drives.table_basis import nominal_table
+    >>> from mechid.command.phase_table import nominal_table
     >>> eighth_step_codes(nominal_table(8))
     [50, 98, 142, 180, 212, 236, 250, 255]
     """

@@ -216,6 +216,12 @@ def _warnings(found: QuietDrive) -> list[str]:
             f"The torque reserve allows {100.0 * found.kept_share:.0f} % of the change that the search found; lower "
             "drive.pull_out_share to use more."
         )
+    least = min((one.share for one in found.reserves), default=1.0)
+    if least < found.design.pull_out_share:
+        out.append(
+            f"With these codes the torque reserve is {100.0 * least:.1f} % of the nominal table's, below "
+            "drive.pull_out_share; allow more bits."
+        )
     silent = [curve.stepping for curve in found.survey.curves if RECOMMENDED not in curve.verdicts]
     if silent:
         out.append(f"No rate is recommended in {', '.join(silent)}.")

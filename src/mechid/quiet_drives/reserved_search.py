@@ -46,9 +46,10 @@ def search_within_reserve(
         found = search_table(replace(cost, least_fundamental=least), changes, checked, say)
         own = [torque_reserve(mechanism, found.table, rate) for rate in rates]
         lacking = max((least_share * n - r for n, r in zip(nominal, own, strict=True)), default=0.0) / holding
-        if lacking <= QUIET.reserve_resolution:
+        if lacking <= 0.0:
             return found, found.table, 1.0
         say(f"the torque reserve lacks {100.0 * lacking:.1f} % of the holding torque: search with a larger fundamental")
-        least = min(least + QUIET.tightened * lacking, 1.0)
+        # Less than the resolution of a reserve would change nothing that the next one can show.
+        least = min(least + QUIET.tightened * max(lacking, QUIET.reserve_resolution), 1.0)
     table, kept = blend_to_reserve(mechanism, cost.base, found.table, rates, least_share)
     return found, table, kept

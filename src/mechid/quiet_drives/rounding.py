@@ -86,11 +86,13 @@ def round_table(
     bits : int
     full_scale : float
     is_allowed : callable
-        Rule that a table has to keep beside its cost; plain rounding is not held against it.
+        Rule that a table has to keep beside its cost; plain rounding is used against it only if nothing else is found.
     """
     unit, largest = full_scale / largest_code(bits), largest_code(bits)
     codes = plain_codes(table, bits, full_scale)
     best = plain = _true_cost(cost, codes, unit)
+    if not is_allowed(np.asarray(unit * codes, dtype=np.float64)):
+        best = np.inf  # any table that keeps the rule is better than this one
     about = table
     for _ in range(QUIET.linearisations):
         found = cost.simulate(about, unit * entries)
@@ -105,7 +107,7 @@ def round_table(
             break
         codes, best = tried[chosen], values[chosen]
         about = np.asarray(unit * codes, dtype=np.float64)
-    return RoundedTable(codes, full_scale, bits, best, plain)
+    return RoundedTable(codes, full_scale, bits, best if np.isfinite(best) else plain, plain)
 
 
 def _true_cost(cost: TableCost, codes: IntArray, unit: float) -> float:

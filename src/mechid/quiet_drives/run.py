@@ -19,6 +19,7 @@ from mechid.budgets.shares import deviations
 from mechid.campaign import Campaign
 from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.command import MeasuredCommand
+from mechid.command.phase_table import nominal_table
 from mechid.designs.step_loss import is_stepper
 from mechid.errors import FitError, InputFileError
 from mechid.fits.load import load_fit, result_folder
@@ -38,7 +39,7 @@ from mechid.quiet_drives.reserved_search import search_within_reserve
 from mechid.quiet_drives.rounding import round_table
 from mechid.quiet_drives.settings import QUIET
 from mechid.quiet_drives.step_reserve import reserve_rule, reserves
-from mechid.quiet_drives.table_basis import nominal_table, table_entries, table_harmonics
+from mechid.quiet_drives.table_basis import table_entries, table_harmonics
 from mechid.quiet_drives.table_command import table_command
 from mechid.quiet_drives.table_cost import TableCost
 from mechid.quiet_drives.table_search import design_places, range_places, rise_db

@@ -86,11 +86,9 @@ def reserve_rule(
 ) -> Callable[[FloatArray], bool]:
     """Return the rule that a table, (4 n, 2), keeps a share of the nominal reserve at all rates."""
     nominal = {rate: torque_reserve(mechanism, base, rate) for rate in rates}
-    # The bisection leaves an error of the resolution in both reserves.
-    slack = QUIET.reserve_resolution * (mechanism.scale(HOLDING) or 0.0)
 
     def keeps(table: FloatArray) -> bool:
-        return all(torque_reserve(mechanism, table, rate) >= least_share * own - slack for rate, own in nominal.items())
+        return all(torque_reserve(mechanism, table, rate) >= least_share * own for rate, own in nominal.items())
 
     return keeps
 

@@ -10,24 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.command.waveform import phase_voltages
-
-STEPS = 4
-"""Full steps in an electrical period."""
-
-
-def nominal_table(microsteps: int) -> FloatArray:
-    """Return the sine table, (4 n, 2).
-
-    Examples
-    --------
-    >>> nominal_table(1)
-    array([[-1.,  0.],
-           [ 0.,  1.],
-           [ 1.,  0.],
-           [ 0., -1.]])
-    """
-    return phase_voltages(np.arange(STEPS * microsteps), microsteps, 0.0, "cosine")
+from mechid.command.phase_table import ROWS_A_FULL_STEP, nominal_table
 
 
 def table_harmonics(microsteps: int, highest: int, *, mirrored: bool) -> FloatArray:
@@ -42,7 +25,7 @@ def table_harmonics(microsteps: int, highest: int, *, mirrored: bool) -> FloatAr
     mirrored : bool
         Whether the second half of the period is the first with the opposite sign: odd harmonics only.
     """
-    count = STEPS * microsteps
+    count = ROWS_A_FULL_STEP * microsteps
     angle = 2.0 * np.pi * np.arange(count) / count
     orders = range(1, min(highest, count // 2) + 1, 2) if mirrored else range(min(highest, count // 2) + 1)
     waves = [wave for k in orders for wave in (np.cos(k * angle), np.sin(k * angle)) if np.abs(wave).max() > 1e-9]
@@ -54,7 +37,7 @@ def table_harmonics(microsteps: int, highest: int, *, mirrored: bool) -> FloatAr
 
 def table_entries(microsteps: int, *, mirrored: bool) -> FloatArray:
     """Return the changes of single entries, (m, 4 n, 2); mirrored entries change with the opposite sign."""
-    count = STEPS * microsteps
+    count = ROWS_A_FULL_STEP * microsteps
     own = count // 2 if mirrored else count
     out = np.zeros((2 * own, count, 2))
     for k in range(own):
@@ -70,7 +53,7 @@ def quarter_wave_harmonics(microsteps: int, highest: int) -> FloatArray:
 
     The wave w holds odd sine harmonics only, so that its quarters mirror one another.
     """
-    count = STEPS * microsteps
+    count = ROWS_A_FULL_STEP * microsteps
     angle = 2.0 * np.pi * np.arange(count) / count
     orders = range(1, min(highest, count // 2 - 1) + 1, 2)
     return np.array([np.column_stack([-np.sin(k * (angle + 0.5 * np.pi)), np.sin(k * angle)]) for k in orders])
@@ -78,7 +61,7 @@ def quarter_wave_harmonics(microsteps: int, highest: int) -> FloatArray:
 
 def fundamental(changes: FloatArray) -> FloatArray:
     """Return the part of tables or changes, (m, 4 n, 2), that turns with the nominal table, (m,); 1 for this table."""
-    nominal = nominal_table(changes.shape[1] // STEPS)
+    nominal = nominal_table(changes.shape[1] // ROWS_A_FULL_STEP)
     return np.asarray(np.tensordot(changes, nominal, axes=2) / changes.shape[1], dtype=np.float64)
 
 

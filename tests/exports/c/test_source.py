@@ -29,7 +29,7 @@ SWINGING = RateProfile.through(
     [(0.0, 10.0), (0.1, 80.0), (0.2, 80.0), (0.2, -40.0), (0.35, 0.0), (0.4, 0.0), (0.5, 90.0)]
 )
 FULL = Command(stepping="full", microsteps=1, rate=RateProfile.constant(46.0), start_angle_deg=45.0)
-SHAPED = tuple((0.9 * a + 0.1 * b * b * b, 0.95 * b - 0.1 * a * b) for a, b in nominal_table(8))
+SHAPED = tuple((0.9 * a + 0.1 * b * b * b, 0.95 * b - 0.1 * a * b) for a, b in nominal_table(8).tolist())
 SQUARE = Command(stepping="half", microsteps=2, rate=RateProfile.constant(30.0), waveform="square")
 TRIALS = (
     Trial("square", SQUARE, TimeBase(1e4, 3001)),

@@ -47,7 +47,7 @@ class NonlinearPlant:
         return self.held.about(self.model.name)
 
     @cached_property
-    def kept(self) -> list[int]:
+    def moving_states(self) -> list[int]:
         """Indices of the model's states."""
         return self.held.moving_states(self.model.name)
 
@@ -161,9 +161,9 @@ def measure_loop(
     size = share * _held_current(plant) / max(np.abs(outputs).max(initial=0.0), 1e-300)
     of_position = driven == QUADRATURE
     electronics, every = _electronics(design, of_position)
-    n = len(plant.kept)
+    n = len(plant.moving_states)
     x = plant.about.x.copy()
-    x[plant.kept] += size * state[:n].real
+    x[plant.moving_states] += size * state[:n].real
     electronics.take_state(size * state[n:].real, loop.controller if of_position else None)
     added, given = size * np.cos(w * np.arange(samples)), np.empty(samples)
     names = plant.model.outputs.names
