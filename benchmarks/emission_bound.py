@@ -67,13 +67,14 @@ def truth_of(effect, seed, stepping, microsteps, rate):
     return dict(zip(orders.tolist(), lines.tolist(), strict=True)), np.sqrt(power)
 
 
-def true_spectrum(effect, seed, stepping, microsteps, rate, seconds):
+def true_spectrum(effect, seed, stepping, microsteps, rate, seconds, table=None):
     """Return frequencies and complex amplitudes of the true torque on the base over about so many seconds."""
     mechanism, size = drawn(effect, seed)
     if not EFFECTS[effect].in_mechanism:
         size = {}
     command = {"stepping": stepping, "rate": rate}
     command |= {"microsteps": microsteps} if stepping == "micro" else {"start_angle_deg": 45.0}
+    command |= {"table": table} if table is not None else {}
     a_step = round(SAMPLE_RATE_HZ / rate)
     settled, steps = (4 * int(np.ceil(length * rate / 4.0)) for length in (SETTLED_S, seconds))
     run = Run(command, (settled + steps) / rate)

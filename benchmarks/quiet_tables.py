@@ -145,10 +145,12 @@ def summary(rows: list[dict]) -> str:
             share("around", 3.0),
             share("off", 3.0),
             share("at_8_bit", 10.0),
+            share("at_8_bit", 7.1),
             f"RMS gain, median: {statistics.median(min(row['gain_db']) for row in rows):.1f} dB",
             f"below + 1 dB over the range: {sum(row['rise_db'] < 1.0 for row in rows)}, 8 bits "
             f"{sum(row['rise_8_bit_db'] < 1.0 for row in rows)}",
-            f"8 bits lose, median and worst: {statistics.median(loss):.1f}, {max(loss):.1f} dB",
+            f"8 bits lose, median and worst: {statistics.median(loss):.1f}, {max(loss):.1f} dB, less than 3 dB in "
+            f"{sum(one < 3.0 for one in loss)}",
             f"reserve kept, least share: {min(row['reserve'] for row in rows):.2f}; whole change kept in "
             f"{sum(row['kept'] == 1.0 for row in rows)}",
             f"CPU s, median and worst: {statistics.median(row['cpu_s'] for row in rows):.1f}, "

@@ -16,10 +16,12 @@ def edges(command: Mapping[str, Any], seconds: float) -> tuple[np.ndarray, np.nd
     """Return the instants at which the voltages change, (E,) s, and the normalised voltages from each on, (E + 1, 2).
 
     The first row is what the coils hold before the first step. Step k comes when the integral of the rate reaches
-    k/n, its voltages are -cos and sin of the start angle plus k 90 deg/n.
+    k/n, its voltages are -cos and sin of the start angle plus k 90 deg/n, or row k of the command's table.
     """
     n = STEPS.get(command["stepping"]) or int(command["microsteps"])
     times = np.concatenate(list(_instants(_pieces(command, seconds), n)) or [np.empty(0)])
+    if (table := command.get("table")) is not None:
+        return times, np.take(table, np.arange(times.size + 1), axis=0, mode="wrap")
     angle = math.radians(command.get("start_angle_deg", 0.0)) + np.arange(times.size + 1) * (0.5 * math.pi / n)
     return times, np.stack([-np.cos(angle), np.sin(angle)], axis=1)
 

@@ -37,7 +37,7 @@ def test_all_keys_are_read():
     )
     assert (found.rates, found.orders, found.ends) == ((30.0, 46.0), (0.5, 1.0), (10.0, 120.0))
     assert (found.microsteps, found.bits, found.steppings, found.mean_rates) == (32, 8, ("full", "micro"), (40.0,))
-    assert (found.seed, found.peak, found.pull_out_share, found.rms_Nm) == (3, 1.1, 0.8, 0.01)
+    assert (found.seed, found.peak, found.pull_out_share, found.rms_limit) == (3, 1.1, 0.8, 0.01)
 
 
 @pytest.mark.parametrize(

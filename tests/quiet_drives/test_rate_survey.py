@@ -36,7 +36,7 @@ def test_a_bound_is_judged_by_quiet_level_and_limit(bound, verdict):
 def test_neighbouring_rates_of_one_verdict_are_a_band():
     own = curve([1.0, 2.0, 9.0, 1.0], (RECOMMENDED, RECOMMENDED, FORBIDDEN, RECOMMENDED))
     bands = _bands(own)
-    assert [(b.verdict, b.low, b.high, b.worst_Nm) for b in bands] == [
+    assert [(b.verdict, b.low, b.high, b.worst) for b in bands] == [
         (RECOMMENDED, 10.0, 20.0, 2.0),
         (FORBIDDEN, 30.0, 30.0, 9.0),
         (RECOMMENDED, 40.0, 40.0, 1.0),
@@ -46,8 +46,8 @@ def test_neighbouring_rates_of_one_verdict_are_a_band():
 
 def test_a_loud_mean_rate_is_passed_by_two_quiet_ones():
     pair = _best_pair([curve([3.0, 1.0, 9.0, 2.0])], 30.0)
-    assert (pair.low, pair.high, pair.share, pair.alone_Nm) == (20.0, 40.0, 0.5, 9.0)
-    assert pair.rms_Nm == pytest.approx(np.sqrt(0.5 * 1.0 + 0.5 * 4.0))
+    assert (pair.low, pair.high, pair.share, pair.alone) == (20.0, 40.0, 0.5, 9.0)
+    assert pair.rms == pytest.approx(np.sqrt(0.5 * 1.0 + 0.5 * 4.0))
 
 
 def test_a_quiet_mean_rate_stays_alone():

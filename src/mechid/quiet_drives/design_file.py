@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mechid.budgets.flight_entry import Flight, read_flight
+from mechid.budgets.structure_entry import read_structure_entry
 from mechid.campaign.place import (
     Place,
     describe_entry,
@@ -21,6 +22,7 @@ from mechid.command.entry import is_table, is_whole
 from mechid.command.phase_table import MOST
 from mechid.command.stepping import STEPPINGS, Stepping
 from mechid.exports.linear.loops.loop_file import TABLES, loops_from_table
+from mechid.quiet_drives.quantity import TORQUE, Quantity
 from mechid.specification.requirement import Requirement
 from mechid.specification.requirement_entry import read_requirements
 
@@ -39,11 +41,14 @@ KEYS = (
     "drive",
     "limit",
     "flight",
+    "axis",
+    "structure",
     "requirement",
     *TABLES,
 )
 DRIVE_KEYS = ("peak", "pull_out_share")
-LIMIT_KEYS = ("rms_Nm",)
+LIMIT_KEYS = {"N*m": "rms_Nm", "rad": "rms_rad"}
+"""Key of the limit by the unit of the quantity."""
 RANGE_KEYS = ("from", "to")
 LEAST_BITS, MOST_BITS = 4, 16
 LEAST_MICROSTEPS, MOST_MICROSTEPS = 2, 256
@@ -75,8 +80,10 @@ class QuietDesign:
         Largest magnitude of a table value, relative to the nominal peak.
     pull_out_share : float
         Least torque reserve, relative to that of the nominal table.
-    rms_Nm : float or None
-        Largest RMS torque of a rate that is not forbidden.
+    rms_limit : float or None
+        Largest RMS of a rate that is not forbidden, N m, or rad of a line of sight.
+    quantity : Quantity
+        Torque, or the line of sight through a structure.
     flight : Flight
         Values that differ in flight.
     requirements : tuple of Requirement
@@ -92,7 +99,8 @@ class QuietDesign:
     seed: int = 0
     peak: float = 1.0
     pull_out_share: float = 0.9
-    rms_Nm: float | None = None
+    rms_limit: float | None = None
+    quantity: Quantity = TORQUE
     flight: Flight = field(default_factory=Flight)
     requirements: tuple[Requirement, ...] = ()
 
@@ -122,7 +130,7 @@ def quiet_design_of(table: Mapping[str, Any], place: Place = IN_CODE, folder: Pa
     loops_from_table(table, place)
     plain = QuietDesign()
     drive, drive_at = _table(table, "drive", DRIVE_KEYS, place)
-    limit, limit_at = _table(table, "limit", LIMIT_KEYS, place)
+    quantity = _quantity(table, place, folder)
     ends = _ends(table, place)
     rates = _numbers(table, "rates", place)
     for k, rate in enumerate(rates):
@@ -143,10 +151,28 @@ def quiet_design_of(table: Mapping[str, Any], place: Place = IN_CODE, folder: Pa
         seed=_whole(table, "seed", place, 0, 2**32) or 0,
         peak=_peak(drive, drive_at),
         pull_out_share=_share(drive, drive_at, plain.pull_out_share),
-        rms_Nm=positive_number(limit["rms_Nm"], limit_at.key("rms_Nm"), "N m") if "rms_Nm" in limit else None,
+        rms_limit=_rms_limit(table, quantity, place),
+        quantity=quantity,
         flight=read_flight(table["flight"], place.key("flight")) if "flight" in table else Flight(),
         requirements=read_requirements(table, place, folder) if "requirement" in table else (),
     )
+
+
+def _quantity(table: Mapping[str, Any], place: Place, folder: Path) -> Quantity:
+    if "structure" not in table:
+        if "axis" in table:
+            raise place.key("axis").error(
+                "found without the table [structure] it belongs to; write both or none"
+            )
+        return TORQUE
+    structure, _ = read_structure_entry(table, place, folder)
+    return Quantity(structure)
+
+
+def _rms_limit(table: Mapping[str, Any], quantity: Quantity, place: Place) -> float | None:
+    key = LIMIT_KEYS[quantity.unit]
+    limit, at = _table(table, "limit", (key,), place)
+    return positive_number(limit[key], at.key(key), quantity.unit.replace("*", " ")) if key in limit else None
 
 
 def _peak(drive: Mapping[str, Any], place: Place) -> float:

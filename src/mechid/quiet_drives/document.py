@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from mechid.identification.result.estimate_file import json_text
@@ -26,8 +27,8 @@ from mechid.quiet_drives.table_files import (
 
 GAINS = (
     Column("rate", "rate", said="rate, full steps/s"),
-    Column("before", "before", said="RMS before, N m"),
-    Column("after", "after", said="RMS after, N m"),
+    Column("before", "before", said="RMS before, {unit}"),
+    Column("after", "after", said="RMS after, {unit}"),
     Column("gain dB", "gain", said="gain, dB"),
     Column("95 % dB", "bound", said="gain exceeded with 95 %, dB"),
 )
@@ -55,7 +56,7 @@ BANDS = (
     Column("stepping", "stepping", words=True),
     Column("from", "low", said="from, full steps/s"),
     Column("to", "high"),
-    Column("worst", "worst", said="largest bound, N m"),
+    Column("worst", "worst", said="largest bound, {unit}"),
 )
 PAIRS = (
     Column("mean", "mean", said="mean rate, full steps/s"),
@@ -63,8 +64,8 @@ PAIRS = (
     Column("low", "low", said="lower rate"),
     Column("high", "high", said="higher rate"),
     Column("time", "share", said="time at the higher"),
-    Column("RMS", "rms", said="RMS bound, N m"),
-    Column("alone", "alone", said="at the mean rate, N m"),
+    Column("RMS", "rms", said="RMS bound, {unit}"),
+    Column("alone", "alone", said="at the mean rate, {unit}"),
 )
 VERDICTS = (
     Column("requirement", "name", words=True),
@@ -77,14 +78,17 @@ DRIVERS = (
     Column("note", "note", words=True),
 )
 MEANING = (
-    "Torque on a held base with the nominal sine table and with the table found here. Bounds are 95 % quantiles: "
+    "{level} with the nominal sine table and with the table found here. Bounds are 95 % quantiles: "
     "covariance of the parameters, model discrepancy and unmodelled torque."
 )
+LEVELS = {"N*m": "Torque on a held base", "rad": "Lines of sight {axes}, their root sum of squares,"}
+"""What is compared, by its unit."""
+SHORT = {"N*m": "RMS torque", "rad": "RMS line of sight"}
 RESERVE = (
     "Dry friction at the rotor that may be added before steps are lost, in a run that rises to the rate and stops."
 )
 RATES = (
-    "RMS torque over the rate of each stepping, with its 95 % bound over draws of the covariance. Recommended rates "
+    "{level} over the rate of each stepping, with its 95 % bound over draws of the covariance. Recommended rates "
     "have a bound in the lowest quarter of all; forbidden ones exceed the limit."
 )
 
@@ -102,14 +106,16 @@ def quiet_document(data: Mapping[str, Any]) -> Document:
 
 def _parts(data: Mapping[str, Any]) -> Iterator[Part]:
     yield _verdict(data)
-    yield Words(MEANING, where=IN_DOCUMENTS)
+    unit = data["level_unit"]
+    level = LEVELS[unit].format(axes=", ".join(data["lines_of_sight"]))
+    yield Words(MEANING.format(level=level), where=IN_DOCUMENTS)
     yield Section(
         "Gain",
-        (Rows(Table(GAINS, data["gains"])), Picture("quiet_table", "Table over the electrical angle")),
+        (Rows(Table(_columns(GAINS, unit), data["gains"])), Picture("quiet_table", "Table over the electrical angle")),
         "gain",
         "Gain",
     )
-    yield Section("Lines before and after", (Rows(Table(LINES, data["lines"])),), "lines", "Lines")
+    yield Section("Torque lines before and after", (Rows(Table(LINES, data["lines"])),), "lines", "Lines")
     yield Section(
         "Torque reserve",
         (Words(RESERVE, where=IN_DOCUMENTS), Rows(Table(RESERVES, data["margins"]))),
@@ -130,8 +136,8 @@ def _parts(data: Mapping[str, Any]) -> Iterator[Part]:
         where=IN_DOCUMENTS,
     )
     units = [{"unit": name, **gain} for name, gains in data["units"].items() for gain in gains]
-    yield Section("The table on other units", (Rows(Table(UNITS, units)),), "units", "Other units")
-    yield Section("Rates and stepping", tuple(_rates(data["survey"])), "rates", "Rates")
+    yield Section("The table on other units", (Rows(Table(_columns(UNITS, unit), units)),), "units", "Other units")
+    yield Section("Rates and stepping", tuple(_rates(data["survey"], unit)), "rates", "Rates")
     yield Section("Requirements", (Rows(Table(VERDICTS, data["requirements"])),), "requirements", "Requirements")
     yield Section("Drivers with a wave table", (Rows(Table(DRIVERS, data["drivers"])),), "drivers", "Drivers")
 
@@ -148,18 +154,23 @@ def _verdict(data: Mapping[str, Any]) -> Verdict:
         over = f"at most {rise:.1f} dB up elsewhere in the range"
     rates = f"{len(gains)} design rates" if len(gains) > 1 else "the design rate"
     size = f"{min(gains):.1f}" if len(gains) == 1 else f"{min(gains):.1f} to {max(gains):.1f}"
-    headline = f"RMS torque down by {size} dB at {rates} with {data['table']['bits']} bits, {over}."
+    headline = f"{SHORT[data['level_unit']]} down by {size} dB at {rates} with {data['table']['bits']} bits, {over}."
     return Verdict(
         headline, tone=BAD if loud else GOOD, warnings=Lines(data["warnings"], "warning", "Warnings", "yellow")
     )
 
 
-def _rates(survey: Mapping[str, Any]) -> Iterator[Part]:
-    yield Words(RATES, where=IN_DOCUMENTS)
-    yield Picture("quiet_rates", "RMS torque over the rate of each stepping")
-    yield Rows(Table(BANDS, survey["recommended"]), "Widest recommended bands")
-    yield Rows(Table(BANDS, survey["forbidden"]), "Widest forbidden bands")
-    yield Rows(Table(PAIRS, survey["pairs"]), "Pairs of rates that alternate to a mean rate")
+def _rates(survey: Mapping[str, Any], unit: str) -> Iterator[Part]:
+    yield Words(RATES.format(level=SHORT[unit]), where=IN_DOCUMENTS)
+    yield Picture("quiet_rates", f"{SHORT[unit]} over the rate of each stepping")
+    yield Rows(Table(_columns(BANDS, unit), survey["recommended"]), "Widest recommended bands")
+    yield Rows(Table(_columns(BANDS, unit), survey["forbidden"]), "Widest forbidden bands")
+    yield Rows(Table(_columns(PAIRS, unit), survey["pairs"]), "Pairs of rates that alternate to a mean rate")
+
+
+def _columns(columns: tuple[Column, ...], unit: str) -> tuple[Column, ...]:
+    """Return columns with the unit of the level in their heads."""
+    return tuple(replace(one, said=one.said and one.said.format(unit=unit.replace("*", " "))) for one in columns)
 
 
 def _texts(found: QuietDrive, data: Mapping[str, Any]) -> dict[str, str]:

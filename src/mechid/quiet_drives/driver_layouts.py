@@ -62,7 +62,7 @@ def driver_layouts(
         DriverLayout(
             DIRECT,
             {},
-            _gains(mechanism, cost.base, direct, rates),
+            _gains(mechanism, cost, direct, rates),
             "XDIRECT (0x2D), signed 9-bit codes of both coils written at each microstep: 255 times table.csv",
         )
     ]
@@ -72,17 +72,17 @@ def driver_layouts(
         encoded = encode_quarter(quarter_of_table(quarter))
         played = table_of_quarter(encoded.wave / AMPLITUDE, microsteps)
         note = "coil A drives phase B, coil B drives phase A with reversed sign; amplitude 247 of 255"
-        out.append(DriverLayout(TMC, encoded.registers, _gains(mechanism, cost.base, played, rates), note))
+        out.append(DriverLayout(TMC, encoded.registers, _gains(mechanism, cost, played, rates), note))
     if microsteps == DRV_MICROSTEPS:
         codes = eighth_step_codes(quarter)
         wave = np.interp(np.arange(QUARTER + 1) / (QUARTER / DRV_MICROSTEPS), np.arange(9), [0, *codes]) / DRV_LARGEST
         names = {f"CUSTOM_CURRENT{k + 1}_AT_{DRV_FIRST_REGISTER + k:02X}": code for k, code in enumerate(codes)}
-        gains = _gains(mechanism, cost.base, table_of_quarter(wave, microsteps), rates)
+        gains = _gains(mechanism, cost, table_of_quarter(wave, microsteps), rates)
         out.append(DriverLayout(DRV, names, gains, "EN_CUSTOM = 1; registers 0x17 to 0x1E"))
     else:
         out.append(DriverLayout(DRV, {}, {}, "holds tables of 8 microsteps a full step only: set microsteps = 8"))
     return tuple(out)
 
 
-def _gains(mechanism: Mechanism, base: FloatArray, table: FloatArray, rates: Sequence[float]) -> dict[float, float]:
-    return {one.rate: one.gain_db for one in unit_gains(mechanism, base, table, rates)}
+def _gains(mechanism: Mechanism, cost: TableCost, table: FloatArray, rates: Sequence[float]) -> dict[float, float]:
+    return {one.rate: one.gain_db for one in unit_gains(mechanism, cost.base, table, rates, cost.quantity)}

@@ -15,6 +15,8 @@ from mechid.ink.palette import LIMIT, series
 
 HEIGHT_IN = 2.8
 TURN_DEG = 360.0
+LEVELS = {"N*m": "RMS torque, N m", "rad": "RMS line of sight, rad"}
+"""Label by the unit of the level."""
 
 
 def quiet_figures(data: Mapping[str, Any]) -> Iterator[tuple[str, Figure]]:
@@ -41,9 +43,9 @@ def _rates(data: Mapping[str, Any], figure: Any) -> None:
     curves = data["survey"]["curves"]
     for k, curve in enumerate(curves):
         rates = np.array(curve["rates"])
-        level, bound = (np.array(curve[key], dtype=np.float64) for key in ("level_Nm", "bound_Nm"))
+        level, bound = (np.array(curve[key], dtype=np.float64) for key in ("level", "bound"))
         axes.plot(rates, level, color=series(k), label=curve["stepping"])
         axes.fill_between(rates, level, bound, color=series(k), alpha=0.25, linewidth=0.0)
-    axes.axhline(data["survey"]["limit_Nm"], color=LIMIT, linewidth=0.8, linestyle=":", label="limit")
-    axes.set(xlabel="step rate, full steps/s", ylabel="RMS torque, N m", yscale="log")
+    axes.axhline(data["survey"]["limit"], color=LIMIT, linewidth=0.8, linestyle=":", label="limit")
+    axes.set(xlabel="step rate, full steps/s", ylabel=LEVELS[data["level_unit"]], yscale="log")
     legend_above(figure, axes, len(curves) + 1)

@@ -1,6 +1,6 @@
 """Emission before and after: lines with their bounds, gain over the covariance, sensitivity, and other units.
 
-The gain at a rate is the RMS of the torque lines with the nominal table over that with the found one, in dB. Its bound
+The gain at a rate is the level with the nominal table over that with the found one, in dB. Its bound
 is the 5 % quantile over draws of `budgets.torque_draws`, which hold covariance, model discrepancy and unmodelled
 torque; both tables share the draws.
 """
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechid.arrays import FloatArray
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.emission import emission
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.line_of_sight import Response, torque_response
@@ -23,6 +23,7 @@ from mechid.budgets.torque_draws import draw_torque
 from mechid.errors import InputFileError
 from mechid.plant.mechanism import Mechanism
 from mechid.quiet_drives.periodic_torque import PeriodicTorque
+from mechid.quiet_drives.quantity import TORQUE, Quantity
 from mechid.quiet_drives.settings import QUIET
 from mechid.quiet_drives.table_command import table_command
 
@@ -39,22 +40,22 @@ class LineAt:
 
 @dataclass(frozen=True)
 class Gain:
-    """Reduction of the RMS torque at a rate.
+    """Reduction of the level at a rate.
 
     Attributes
     ----------
     rate : float
         Full steps/s.
-    before_Nm, after_Nm : float
-        RMS of the lines.
+    before, after : float
+        RMS of the lines, N m or rad.
     gain_db : float
     bound_db : float
         Gain that is exceeded with a probability of 95 %.
     """
 
     rate: float
-    before_Nm: float
-    after_Nm: float
+    before: float
+    after: float
     gain_db: float
     bound_db: float
 
@@ -72,6 +73,8 @@ class Improvement:
         `QUIET.sensitivity_sigmas` standard errors higher or lower, whichever is worse.
     units : mapping of str to tuple of Gain
         Gains of other units with this table; their bounds are the gains.
+    uncovered : float
+        Largest share of the RMS torque with the nominal table at frequencies that the structure does not cover.
     """
 
     before: tuple[LineAt, ...]
@@ -79,6 +82,7 @@ class Improvement:
     gains: tuple[Gain, ...]
     sensitivity: Mapping[str, float]
     units: Mapping[str, tuple[Gain, ...]]
+    uncovered: float = 0.0
 
 
 def improvement(
@@ -88,11 +92,12 @@ def improvement(
     rates: Sequence[float],
     units: Mapping[str, Mechanism],
     seed: int,
+    quantity: Quantity = TORQUE,
 ) -> Improvement:
-    """Return the emission with two tables, (4 n, 2), at rates in full steps/s."""
+    """Return the emission with two tables, (4 n, 2), at rates in full steps/s; lines are of the torque."""
     before: list[LineAt] = []
     after: list[LineAt] = []
-    gains = []
+    gains, uncovered = [], 0.0
     for rate in rates:
         ones = [_response(estimate, own, rate) for own in (base, table)]
         highest_hz = _mode(base, rate).highest_hz
@@ -103,24 +108,28 @@ def improvement(
                 for order, size, bound in zip(found.orders, found.modelled, found.bound, strict=True)
             ]
         drawn = [draw_torque(response, estimate, highest_hz, seed) for response in ones]
-        levels = [np.sqrt(0.5 * np.sum(np.abs(one.samples) ** 2, axis=1)) for one in drawn]
-        own = [float(np.sqrt(0.5 * np.sum(np.abs(response.state.lines) ** 2))) for response in ones]
+        levels = [_rms(one.samples, quantity.weight(one.frequency_hz)) for one in drawn]
+        own = [float(_rms(one.state.lines, quantity.weight(one.state.frequency_hz))) for one in ones]
+        uncovered = max(uncovered, quantity.uncovered(ones[0].state.frequency_hz, ones[0].state.lines))
         low = float(np.quantile(_gain_db(levels[0], levels[1]), 1.0 - LEVEL.bound))
         gains.append(Gain(rate, own[0], own[1], float(_gain_db(own[0], own[1])), low))
     return Improvement(
         before=tuple(before),
         after=tuple(after),
         gains=tuple(gains),
-        sensitivity=_sensitivity(estimate, base, table, rates),
-        units={name: unit_gains(unit, base, table, rates) for name, unit in units.items()},
+        sensitivity=_sensitivity(estimate, base, table, rates, quantity),
+        units={name: unit_gains(unit, base, table, rates, quantity) for name, unit in units.items()},
+        uncovered=uncovered,
     )
 
 
-def unit_gains(mechanism: Mechanism, base: FloatArray, table: FloatArray, rates: Sequence[float]) -> tuple[Gain, ...]:
+def unit_gains(
+    mechanism: Mechanism, base: FloatArray, table: FloatArray, rates: Sequence[float], quantity: Quantity = TORQUE
+) -> tuple[Gain, ...]:
     """Return the gains of a mechanism at its own values, where it follows both tables."""
     out = []
     for rate in rates:
-        torque = PeriodicTorque(mechanism, rate)
+        torque = PeriodicTorque(mechanism, rate, quantity)
         before, after = torque.lines(base), torque.lines(table)
         if before is not None and after is not None:
             gain = float(_gain_db(before.level, after.level))
@@ -152,21 +161,25 @@ def _is_physical(mechanism: Mechanism, names: Sequence[str]) -> bool:
     return all(q.declaration.lower <= q.value <= q.declaration.upper for q in own)
 
 
-def _sensitivity(estimate: Estimate, base: FloatArray, table: FloatArray, rates: Sequence[float]) -> dict[str, float]:
+def _sensitivity(
+    estimate: Estimate, base: FloatArray, table: FloatArray, rates: Sequence[float], quantity: Quantity
+) -> dict[str, float]:
     if not estimate.names:
         return {}
     sigma = np.sqrt(np.diag(estimate.covariance)) * QUIET.sensitivity_sigmas
-    own = _mean_gain(estimate.mechanism, base, table, rates)
+    own = _mean_gain(estimate.mechanism, base, table, rates, quantity)
     out = {}
     for k, name in enumerate(estimate.names):
         move = np.where(np.arange(sigma.size) == k, sigma, 0.0)
         sides = moved_mechanisms(estimate, np.array([move, -move]))
-        out[name] = min(_mean_gain(side, base, table, rates) for side in sides) - own
+        out[name] = min(_mean_gain(side, base, table, rates, quantity) for side in sides) - own
     return out
 
 
-def _mean_gain(mechanism: Mechanism, base: FloatArray, table: FloatArray, rates: Sequence[float]) -> float:
-    gains = [one.gain_db for one in unit_gains(mechanism, base, table, rates)]
+def _mean_gain(
+    mechanism: Mechanism, base: FloatArray, table: FloatArray, rates: Sequence[float], quantity: Quantity
+) -> float:
+    gains = [one.gain_db for one in unit_gains(mechanism, base, table, rates, quantity)]
     if not gains:
         raise InputFileError("the rotor loses steps at every design rate with parameters two standard errors off")
     return float(np.mean(gains))
@@ -185,6 +198,11 @@ def _mode(table: FloatArray, rate: float) -> OperatingMode:
     return OperatingMode(
         name="table", command=command, rates=np.array([rate]), highest_hz=usual_highest_hz(command, rate)
     )
+
+
+def _rms(lines: ComplexArray, weight: FloatArray) -> FloatArray:
+    """Return the RMS over weighted lines, the last axis."""
+    return np.asarray(np.sqrt(0.5 * np.sum(np.abs(weight * lines) ** 2, axis=-1)))
 
 
 def _gain_db(before: FloatArray | float, after: FloatArray | float) -> FloatArray:

@@ -17,7 +17,7 @@ from mechid.arrays import FloatArray
 from mechid.quiet_drives.periodic_torque import TorqueLines
 from mechid.quiet_drives.settings import QUIET
 from mechid.quiet_drives.table_basis import fundamental
-from mechid.quiet_drives.table_cost import TableCost
+from mechid.quiet_drives.table_cost import TableCost, excess_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +48,9 @@ class LinearisedCost:
         r, J = cost.design_residuals(found, table, changes)
         self.design = _Quadratic(float(r @ r), J.T @ r, J.T @ J)
         # Squared relative levels of the range.
-        self.levels = [
-            _squared_level(lines.with_columns(len(changes)), place.nominal.level)
-            for place, lines in zip(cost.places, found, strict=True)
-            if not place.weight
-        ]
+        ranges = [(place, lines) for place, lines in zip(cost.places, found, strict=True) if not place.weight]
+        self.levels = [_squared_level(lines.with_columns(len(changes)), place.nominal.level) for place, lines in ranges]
+        self.limit_weights = [place.limit_weight for place, _ in ranges]
         # A level that simulation found beyond its limit must not rise further.
         self.most = [max(QUIET.allowed_rise**2, QUIET.slack * level.value) for level in self.levels]
         self.pulls = [
@@ -77,6 +75,22 @@ class LinearisedCost:
             step = self._centre(step, near, barrier)
             barrier *= QUIET.barrier_ratio
         return step
+
+    def smooth_part(self, range_weight: float) -> tuple[FloatArray, FloatArray]:
+        """Return A (m, m) and g (m,) of the design part plus the squared levels of the range times a squared weight.
+
+        The levels stand in place of their limits: a limit that a table keeps has no slope, and a move along it would
+        break it unnoticed.
+        """
+        parts = [(1.0, self.design), *((range_weight**2, level) for level in self.levels)]
+        A = sum((weight * part.A for weight, part in parts), np.zeros_like(self.design.A))
+        return A, sum((weight * part.g for weight, part in parts), np.zeros_like(self.design.g))
+
+    def predict(self, step: FloatArray) -> float:
+        """Return the cost of a step, (m,), with linear lines and the excess over the allowed levels, without peak."""
+        ratios = [max(level.at(step), 0.0) ** 0.5 for level in self.levels]
+        excess = [weight * excess_of(ratio)[0] for weight, ratio in zip(self.limit_weights, ratios, strict=True)]
+        return self.design.at(step) + float(np.sum(np.square(excess)) + QUIET.pull**2 * np.sum(np.square(ratios)))
 
     def _centre(self, step: FloatArray, near: FloatArray, barrier: float) -> FloatArray:
         """Return the step of least cost with a barrier of a weight, by damped Newton steps."""

@@ -16,10 +16,11 @@ from mechid.quiet_drives.improvement import Gain, LineAt
 from mechid.quiet_drives.quiet_drive import QuietDrive
 from mechid.quiet_drives.rate_survey import FORBIDDEN, RECOMMENDED, Band, Pair, SteppingCurve, widest_bands
 from mechid.quiet_drives.rounding import largest_code
+from mechid.quiet_drives.settings import QUIET
 
 FORMAT = "mechid-quiet/1"
 FILE_NAME = "quiet.json"
-UNIT = "N*m"
+TORQUE_UNIT = "N*m"
 SHOWN_ORDERS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
 
 
@@ -33,6 +34,8 @@ def quiet_numbers(found: QuietDrive) -> dict[str, Any]:
         "synthetic": found.synthetic,
         "rates": list(design.rates),
         "orders": list(design.orders),
+        "level_unit": design.quantity.unit,
+        "lines_of_sight": list(structure.line_of_sight) if (structure := design.quantity.structure) else [],
         "range": list(design.ends or ()),
         "microsteps": design.microsteps,
         "table": {
@@ -75,7 +78,7 @@ def quiet_numbers(found: QuietDrive) -> dict[str, Any]:
             for one in found.reserves
         ],
         "survey": {
-            "limit_Nm": found.survey.limit_Nm,
+            "limit": found.survey.limit,
             "curves": [_curve(one) for one in found.survey.curves],
             "bands": [_band(one) for one in found.survey.bands],
             "recommended": [_band(one) for one in widest_bands(found.survey)],
@@ -107,7 +110,7 @@ def _line(one: LineAt) -> dict[str, Any]:
         "amplitude": one.amplitude,
         "sigma": sigma,
         "bound": one.bound,
-        "unit": UNIT,
+        "unit": TORQUE_UNIT,
     }
 
 
@@ -137,14 +140,14 @@ def _lines_beside(found: QuietDrive) -> list[dict[str, Any]]:
 def _gain(one: Gain) -> dict[str, Any]:
     return {
         "rate": one.rate,
-        "before_Nm": one.before_Nm,
-        "after_Nm": one.after_Nm,
+        "before": one.before,
+        "after": one.after,
         "gain_db": one.gain_db,
         "bound_db": one.bound_db,
         "text": {
             "rate": f"{one.rate:g}",
-            "before": digits(one.before_Nm, 3),
-            "after": digits(one.after_Nm, 3),
+            "before": digits(one.before, 3),
+            "after": digits(one.after, 3),
             "gain": _db(one.gain_db),
             "bound": _db(one.bound_db),
         },
@@ -155,8 +158,8 @@ def _curve(one: SteppingCurve) -> dict[str, Any]:
     return {
         "stepping": one.stepping,
         "rates": one.rates.tolist(),
-        "level_Nm": _column(one.level),
-        "bound_Nm": _column(one.bound),
+        "level": _column(one.level),
+        "bound": _column(one.bound),
         "verdicts": list(one.verdicts),
     }
 
@@ -167,11 +170,11 @@ def _band(one: Band) -> dict[str, Any]:
         "verdict": one.verdict,
         "low": one.low,
         "high": one.high,
-        "worst_Nm": _number(one.worst_Nm),
+        "worst": _number(one.worst),
         "text": {
             "low": f"{one.low:.4g}",
             "high": f"{one.high:.4g}",
-            "worst": digits(one.worst_Nm, 3) if math.isfinite(one.worst_Nm) else "-",
+            "worst": digits(one.worst, 3) if math.isfinite(one.worst) else "-",
         },
     }
 
@@ -183,15 +186,15 @@ def _pair(one: Pair) -> dict[str, Any]:
         "high": one.high,
         "share": one.share,
         "stepping": one.stepping,
-        "rms_Nm": one.rms_Nm,
-        "alone_Nm": _number(one.alone_Nm),
+        "rms": one.rms,
+        "alone": _number(one.alone),
         "text": {
             "mean": f"{one.mean:.4g}",
             "low": f"{one.low:.4g}",
             "high": f"{one.high:.4g}",
             "share": f"{100.0 * one.share:.0f} %",
-            "rms": digits(one.rms_Nm, 3),
-            "alone": digits(one.alone_Nm, 3) if math.isfinite(one.alone_Nm) else "-",
+            "rms": digits(one.rms, 3),
+            "alone": digits(one.alone, 3) if math.isfinite(one.alone) else "-",
         },
     }
 
@@ -221,6 +224,11 @@ def _warnings(found: QuietDrive) -> list[str]:
         out.append(
             f"With these codes the torque reserve is {100.0 * least:.1f} % of the nominal table's, below "
             "drive.pull_out_share; allow more bits."
+        )
+    if found.improvement.uncovered > QUIET.most_uncovered:
+        out.append(
+            f"{100.0 * found.improvement.uncovered:.0f} % of the RMS torque is at frequencies that the structure does "
+            "not cover; these lines do not count."
         )
     silent = [curve.stepping for curve in found.survey.curves if RECOMMENDED not in curve.verdicts]
     if silent:

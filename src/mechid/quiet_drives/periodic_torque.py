@@ -21,6 +21,7 @@ from mechid.budgets.orbit import Orbit, find_orbit
 from mechid.budgets.period_map import PeriodMap
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
+from mechid.quiet_drives.quantity import TORQUE, Quantity
 from mechid.quiet_drives.settings import QUIET
 from mechid.quiet_drives.table_command import table_command
 from mechid.simulation.block import State
@@ -35,7 +36,7 @@ class TorqueLines:
     orders : (n,)
         Multiples of the step rate.
     values : (n,) complex
-        Peak amplitude and phase, N m.
+        Peak amplitude and phase, N m, or the line of sight's root sum of squares in rad.
     slopes : (n, m) complex
         Derivatives with respect to the table's coefficients; no columns if none were asked for.
     repeats : bool
@@ -49,7 +50,7 @@ class TorqueLines:
 
     @property
     def level(self) -> float:
-        """RMS of all lines, N m."""
+        """RMS of all lines, N m or rad."""
         return float(np.sqrt(0.5 * np.sum(np.abs(self.values) ** 2)))
 
     def with_columns(self, columns: int) -> TorqueLines:
@@ -75,10 +76,12 @@ class PeriodicTorque:
         In flight, on a held base.
     rate : float
         Full steps/s.
+    quantity : Quantity
+        By which the lines are weighted.
     """
 
-    def __init__(self, mechanism: Mechanism, rate: float) -> None:
-        self.mechanism, self.rate = mechanism, rate
+    def __init__(self, mechanism: Mechanism, rate: float, quantity: Quantity = TORQUE) -> None:
+        self.mechanism, self.rate, self.quantity = mechanism, rate, quantity
         self._p = mechanism.kernel_values()
         self._x: FloatArray | None = None
 
@@ -177,6 +180,7 @@ class PeriodicTorque:
     def _as_lines(self, period: PeriodMap, y: FloatArray, y_c: FloatArray) -> TorqueLines:
         count = min(int(QUIET.highest_hz * period.duration_s), y.size // 2 - 1)
         spectrum = 2.0 / y.size * np.fft.rfft(np.column_stack([y, y_c]), axis=0)[1 : count + 1]
+        spectrum *= self.quantity.weight(np.arange(1, count + 1) / period.duration_s)[:, None]
         return TorqueLines(self._orders(period, count), spectrum[:, 0], spectrum[:, 1:], repeats=True)
 
     @staticmethod

@@ -16,6 +16,7 @@ from mechid.arrays import FloatArray
 from mechid.identification.computation.parallel import map_tasks
 from mechid.plant.mechanism import Mechanism
 from mechid.quiet_drives.periodic_torque import PeriodicTorque
+from mechid.quiet_drives.quantity import TORQUE, Quantity
 from mechid.quiet_drives.settings import QUIET
 
 RECOMMENDED, ALLOWED, FORBIDDEN, LOST = "recommended", "allowed", "forbidden", "loses steps"
@@ -31,7 +32,7 @@ class SteppingCurve:
     rates : (r,)
         Full steps/s.
     level, bound : (r,)
-        RMS of the torque lines in N m, and its 95 % bound; NaN where steps are lost.
+        RMS of the lines in N m or rad, and its 95 % bound; NaN where steps are lost.
     verdicts : tuple of str, (r,)
         `RECOMMENDED`, `ALLOWED`, `FORBIDDEN` or `LOST`.
     """
@@ -45,13 +46,13 @@ class SteppingCurve:
 
 @dataclass(frozen=True)
 class Band:
-    """Neighbouring rates of one stepping with the same verdict, full steps/s; `worst_Nm` is their largest bound."""
+    """Neighbouring rates of one stepping with the same verdict, full steps/s; `worst` is their largest bound."""
 
     stepping: str
     verdict: str
     low: float
     high: float
-    worst_Nm: float
+    worst: float
 
 
 @dataclass(frozen=True)
@@ -65,9 +66,9 @@ class Pair:
     share : float
         Share of the time at the higher rate.
     stepping : str
-    rms_Nm : float
+    rms : float
         Root of the mean square of the bounds.
-    alone_Nm : float
+    alone : float
         Bound at the mean rate alone; NaN where steps are lost there.
     """
 
@@ -76,18 +77,18 @@ class Pair:
     high: float
     share: float
     stepping: str
-    rms_Nm: float
-    alone_Nm: float
+    rms: float
+    alone: float
 
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """Curves of all steppings, their bands and the best pairs; `limit_Nm` separates forbidden rates."""
+    """Curves of all steppings, their bands and the best pairs; `limit` separates forbidden rates."""
 
     curves: tuple[SteppingCurve, ...]
     bands: tuple[Band, ...]
     pairs: tuple[Pair, ...]
-    limit_Nm: float
+    limit: float
 
 
 def survey(
@@ -95,7 +96,8 @@ def survey(
     tables: Mapping[str, FloatArray],
     rates: FloatArray,
     mean_rates: Sequence[float],
-    limit_Nm: float | None,
+    limit: float | None,
+    quantity: Quantity = TORQUE,
     workers: int = 1,
 ) -> Survey:
     """Return the level of each stepping over the rate.
@@ -110,17 +112,19 @@ def survey(
         Full steps/s.
     mean_rates : sequence of float
         Mean rates for which a pair is looked for.
-    limit_Nm : float or None
+    limit : float or None
         Bound above which a rate is forbidden; None takes `QUIET.loud_ratio` times the median of all steppings' bounds.
+    quantity : Quantity
     workers : int
         Threads.
     """
-    tasks = [(mechanisms, table, float(rate)) for table in tables.values() for rate in rates]
+    tasks = [(mechanisms, table, float(rate), quantity) for table in tables.values() for rate in rates]
     found = np.array(map_tasks(_level_and_bound, tasks, workers)).reshape(len(tables), len(rates), 2)
     bounds = found[:, :, 1]
     heard = bounds[np.isfinite(bounds)]
     median = float(np.median(heard)) if heard.size else 0.0
-    limit = limit_Nm if limit_Nm is not None else QUIET.loud_ratio * median
+    if limit is None:
+        limit = QUIET.loud_ratio * median
     quiet = min(float(np.quantile(heard, QUIET.quiet_quantile)) if heard.size else 0.0, limit)
     curves = tuple(
         SteppingCurve(name, rates, own[:, 0], own[:, 1], tuple(_verdict(b, quiet, limit) for b in own[:, 1]))
@@ -137,11 +141,11 @@ def widest_bands(found: Survey, verdict: str = RECOMMENDED, count: int = QUIET.m
     return sorted(own, key=lambda band: -band.high / band.low)[:count]
 
 
-def _level_and_bound(task: tuple[Sequence[Mechanism], FloatArray, float]) -> tuple[float, float]:
-    mechanisms, table, rate = task
+def _level_and_bound(task: tuple[Sequence[Mechanism], FloatArray, float, Quantity]) -> tuple[float, float]:
+    mechanisms, table, rate, quantity = task
     levels = []
     for mechanism in mechanisms:
-        lines = PeriodicTorque(mechanism, rate).lines(table)
+        lines = PeriodicTorque(mechanism, rate, quantity).lines(table)
         if lines is None:
             return float("nan"), float("nan")
         levels.append(lines.level)
@@ -176,7 +180,7 @@ def _best_pair(curves: Sequence[SteppingCurve], mean: float) -> Pair | None:
                 share = (mean - low) / (high - low) if high > low else 0.0
                 rms = float(np.sqrt((1.0 - share) * square[i] + share * square[j]))
                 # Nearer rates come first, so that equal pairs leave the nearest.
-                if np.isfinite(rms) and (best is None or rms < best.rms_Nm * (1.0 - 1e-9)):
+                if np.isfinite(rms) and (best is None or rms < best.rms * (1.0 - 1e-9)):
                     alone = float(np.interp(mean, curve.rates, curve.bound))
                     best = Pair(mean, low, high, share, curve.stepping, rms, alone)
     return best

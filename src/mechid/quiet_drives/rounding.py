@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
+from mechid.quiet_drives.linearised_cost import LinearisedCost
 from mechid.quiet_drives.settings import QUIET
 from mechid.quiet_drives.table_cost import TableCost
 
@@ -98,8 +99,8 @@ def round_table(
         found = cost.simulate(about, unit * entries)
         if found is None:
             break
-        r, J = cost.smooth_residuals(found, about, unit * entries)
-        tried = [_nearest_codes(about / unit, J.T @ J, J.T @ r, entries, largest, near) for near in QUIET.nearness]
+        model = LinearisedCost(cost, found, about, unit * entries)
+        tried = _likely_codes(model, about / unit, entries, largest)
         values = [_true_cost(cost, own, unit) for own in tried]
         better = [k for k in np.argsort(values) if values[k] < best]
         chosen = next((k for k in better if is_allowed(np.asarray(unit * tried[k], dtype=np.float64))), None)
@@ -114,6 +115,21 @@ def _true_cost(cost: TableCost, codes: IntArray, unit: float) -> float:
     table = np.asarray(unit * codes, dtype=np.float64)
     found = cost.simulate(table)
     return float("inf") if found is None else cost.value(found, table)
+
+
+def _likely_codes(model: LinearisedCost, about: FloatArray, entries: FloatArray, largest: int) -> list[IntArray]:
+    """Return the tables of codes, (4 n, 2) each, that cost least by linear lines, about a table in units of a code.
+
+    How much the range and the distance should weigh differs from mechanism to mechanism: several weights are tried.
+    """
+    places = np.abs(entries).reshape(len(entries), -1).argmax(axis=1)
+    found: dict[bytes, tuple[float, IntArray]] = {}
+    for range_weight in QUIET.range_weights:
+        A, g = model.smooth_part(range_weight)
+        for near in QUIET.nearness:
+            codes = _nearest_codes(about, A, g, entries, largest, near)
+            found[codes.tobytes()] = (model.predict((codes - about).ravel()[places]), codes)
+    return [codes for _, codes in sorted(found.values(), key=lambda one: one[0])[: QUIET.codes_simulated]]
 
 
 def _nearest_codes(

@@ -150,9 +150,9 @@ def _quiet(
     begun = time.process_time()
     mirrored = repetition(mechanism).steps == MIRRORED
     say(f"nominal table at {len(design.rates)} design rates and over the range")
-    places = design_places([mechanism, *draws[: QUIET.draws]], base, design.rates, ends)
+    places = design_places([mechanism, *draws[: QUIET.draws]], base, design.rates, ends, design.quantity)
     cost = TableCost(places, design.orders, base, design.peak, workers=workers)
-    checked = range_places(mechanism, base, np.geomspace(*ends, QUIET.checked_rates).tolist())
+    checked = range_places(mechanism, base, np.geomspace(*ends, QUIET.checked_rates).tolist(), design.quantity)
     changes = table_harmonics(len(base) // 4, QUIET.highest_harmonic, mirrored=mirrored)
     searched, exact, kept = search_within_reserve(
         mechanism, cost, changes, checked, design.rates, design.pull_out_share, say
@@ -166,12 +166,12 @@ def _quiet(
     table = rounded.values
     rises = [(rise_db(place, table), place.torque.rate) for place in checked]
     say("emission before and after")
-    bettered = improvement(estimate, base, table, design.rates, units, design.seed)
+    bettered = improvement(estimate, base, table, design.rates, units, design.seed, design.quantity)
     say("levels over the rate of all steppings")
     tables = _tables(design, fit.campaign, base, table)
     means = design.mean_rates or design.rates
     rates = np.geomspace(*ends, QUIET.survey_rates)
-    levels = survey([mechanism, *draws], tables, rates, means, design.rms_Nm, workers)
+    levels = survey([mechanism, *draws], tables, rates, means, design.rms_limit, design.quantity, workers)
     return QuietDrive(
         design=design,
         nominal=base,

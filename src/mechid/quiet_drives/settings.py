@@ -63,7 +63,7 @@ class QuietSettings:
     """Least damping of a direction on which no line depends, relative to the mean curvature."""
     slack: float = 1.001
     """Factor on a limit within which the search moves: the nominal table stands on its peak, where a barrier has no
-    room. Values beyond the peak are cut off when the search has ended."""
+    room. A table beyond the peak is made smaller as a whole when the search has ended."""
     first_barrier: float = 1e-3
     """First weight of the barriers, as a share of the design cost."""
     last_barrier: float = 1e-8
@@ -90,7 +90,7 @@ class QuietSettings:
     """Rates of the range at which a table is checked."""
     promised_rise_db: float = 1.0
     """Largest rise of the level over that of the nominal table."""
-    highest_harmonic: int = 23
+    highest_harmonic: int = 31
     """Highest harmonic of the electrical angle in a table, if the microsteps resolve it."""
 
     # Rounding.
@@ -99,10 +99,14 @@ class QuietSettings:
     """Moves of the descent, in multiples of the entries."""
     linearisations: int = 3
     """Linearisations of the lines, each about the last rounded table."""
-    orders_tried: int = 8
+    orders_tried: int = 40
     """Orders of the entries in which they are rounded; the first is that of the table."""
     nearness: tuple[float, ...] = (1e-5, 1e-4, 1e-3, 1e-2)
     """Weights of the distance from the exact table that are tried."""
+    range_weights: tuple[float, ...] = (0.05, 0.1, 0.2, 0.3, 0.5)
+    """Weights of the range's levels that are tried, in place of their limits; 1 alone lost 12 dB where these lose 2."""
+    codes_simulated: int = 8
+    """Tables of codes of each linearisation that are simulated, those of least linearised cost."""
 
     # Step reserve.
 
@@ -133,6 +137,8 @@ class QuietSettings:
     """Quantile of the bounds over all rates and steppings up to which a rate is recommended."""
     loud_ratio: float = 2.0
     """Ratio to the median bound above which a rate is forbidden, where no limit is given."""
+    most_uncovered: float = 0.05
+    """Share of the RMS torque at frequencies that the structure does not cover, above which this is said."""
     most_bands: int = 5
     """Bands of a verdict that are listed."""
     sensitivity_sigmas: float = 2.0

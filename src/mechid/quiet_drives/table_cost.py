@@ -15,6 +15,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.computation.parallel import map_tasks
 from mechid.quiet_drives.periodic_torque import PeriodicTorque, TorqueLines
+from mechid.quiet_drives.quantity import Quantity
 from mechid.quiet_drives.settings import QUIET
 from mechid.quiet_drives.table_basis import roughness
 
@@ -66,6 +67,11 @@ class TableCost:
     least_fundamental: float = 0.0
     workers: int = 1
 
+    @property
+    def quantity(self) -> Quantity:
+        """Quantity whose lines it weighs."""
+        return self.places[0].torque.quantity
+
     def simulate(self, table: FloatArray, changes: FloatArray | None = None) -> list[TorqueLines] | None:
         """Return the lines at each place, with slopes along changes (m, 4 n, 2); None if the rotor loses steps."""
         found = map_tasks(_lines_at, [(place, table, changes) for place in self.places], self.workers)
@@ -90,21 +96,6 @@ class TableCost:
         for place, lines in zip(self.places, found, strict=True):
             if place.weight:
                 parts.append(self._design_part(place, lines.with_columns(len(changes))))
-        return np.concatenate([part for part, _ in parts]), np.concatenate([slope for _, slope in parts])
-
-    def smooth_residuals(
-        self, found: Sequence[TorqueLines], table: FloatArray, changes: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return the design residuals, and in place of the limits all lines of the range relative to the levels.
-
-        A limit that a table keeps has no slope: a descent along it would break it unnoticed.
-        """
-        parts = [self.design_residuals(found, table, changes)]
-        for place, lines in zip(self.places, found, strict=True):
-            if not place.weight:
-                scale = 1.0 / (np.sqrt(2.0) * place.nominal.level)
-                z, slope = scale * lines.values, scale * lines.with_columns(len(changes)).slopes
-                parts.append((np.concatenate([z.real, z.imag]), np.concatenate([slope.real, slope.imag])))
         return np.concatenate([part for part, _ in parts]), np.concatenate([slope for _, slope in parts])
 
     def value(self, found: Sequence[TorqueLines], table: FloatArray) -> float:

@@ -11,6 +11,8 @@ from mechid.quiet_drives.table_command import phase_table
 
 TABLE_NAME, HEADER_NAME, RATES_CSV, RATES_TOML = "table.csv", "table.h", "rates.csv", "rates.toml"
 PER_LINE = 8
+SUFFIXES = {"N*m": "Nm", "rad": "rad"}
+"""End of a column's name by its unit."""
 
 
 def table_csv(values: FloatArray) -> str:
@@ -47,18 +49,20 @@ def table_header(data: Mapping[str, Any]) -> str:
 
 def rates_csv(data: Mapping[str, Any]) -> str:
     """Return the level over the rate of all steppings as CSV."""
+    unit = SUFFIXES[data["level_unit"]]
     rows = [
         f"{curve['stepping']},{rate!r},{_cell(level)},{_cell(bound)},{verdict}"
         for curve in data["survey"]["curves"]
         for rate, level, bound, verdict in zip(
-            curve["rates"], curve["level_Nm"], curve["bound_Nm"], curve["verdicts"], strict=True
+            curve["rates"], curve["level"], curve["bound"], curve["verdicts"], strict=True
         )
     ]
-    return "\n".join(["stepping,rate,rms_Nm,bound_Nm,verdict", *rows]) + "\n"
+    return "\n".join([f"stepping,rate,rms_{unit},bound_{unit},verdict", *rows]) + "\n"
 
 
 def rates_toml(data: Mapping[str, Any]) -> str:
     """Return recommended and forbidden bands and the pairs of rates as TOML."""
+    unit = SUFFIXES[data["level_unit"]]
     lines = ["# Bands of rates in full steps/s, made by mechid quiet."]
     for band in data["survey"]["bands"]:
         lines += [
@@ -69,11 +73,12 @@ def rates_toml(data: Mapping[str, Any]) -> str:
             f"from = {band['low']!r}",
             f"to = {band['high']!r}",
         ]
-        if band["worst_Nm"] is not None:
-            lines.append(f"worst_Nm = {band['worst_Nm']!r}")
+        if band["worst"] is not None:
+            lines.append(f"worst_{unit} = {band['worst']!r}")
     for pair in data["survey"]["pairs"]:
         lines += ["", "[[pair]]", f'stepping = "{pair["stepping"]}"']
-        lines += [f"{key} = {pair[key]!r}" for key in ("mean", "low", "high", "share", "rms_Nm")]
+        lines += [f"{key} = {pair[key]!r}" for key in ("mean", "low", "high", "share")]
+        lines.append(f"rms_{unit} = {pair['rms']!r}")
     return "\n".join(lines) + "\n"
 
 

@@ -12,6 +12,7 @@ from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
 from mechid.quiet_drives.linearised_cost import LinearisedCost
 from mechid.quiet_drives.periodic_torque import PeriodicTorque, TorqueLines
+from mechid.quiet_drives.quantity import TORQUE, Quantity
 from mechid.quiet_drives.settings import QUIET
 from mechid.quiet_drives.table_cost import Place, TableCost
 
@@ -44,6 +45,7 @@ def design_places(
     base: FloatArray,
     rates: Sequence[float],
     ends: tuple[float, float],
+    quantity: Quantity = TORQUE,
 ) -> list[Place]:
     """Return the places of a cost: design rates for all mechanisms, their neighbours and the range for the first.
 
@@ -57,6 +59,8 @@ def design_places(
         Design rates, full steps/s.
     ends : (float, float)
         Range of rates, full steps/s.
+    quantity : Quantity
+        Whose lines the cost weighs.
 
     Raises
     ------
@@ -72,15 +76,16 @@ def design_places(
     ]
     weight = 1.0 / np.sqrt(len(rates))
     shared = weight / np.sqrt(len(mechanisms))
-    own = [Place(*_nominal(mechanism, rate, base), shared) for mechanism in mechanisms for rate in rates]
-    near_ones = [Place(*_nominal(mechanisms[0], rate, base), QUIET.near_weight * weight) for rate in beside]
-    return [*own, *near_ones, *range_places(mechanisms[0], base, others)]
+    own = [Place(*_nominal(mechanism, rate, base, quantity), shared) for mechanism in mechanisms for rate in rates]
+    near_ones = [Place(*_nominal(mechanisms[0], rate, base, quantity), QUIET.near_weight * weight) for rate in beside]
+    return [*own, *near_ones, *range_places(mechanisms[0], base, others, quantity)]
 
 
-def range_places(mechanism: Mechanism, base: FloatArray, rates: Sequence[float], weight: float = 1.0) -> list[Place]:
-    """Return places at which only the level is limited; `weight` multiplies that of the limit."""
-    found = [_nominal(mechanism, rate, base) for rate in rates]
-    return [Place(torque, lines, 0.0, weight * QUIET.limit_weight) for torque, lines in found]
+def range_places(
+    mechanism: Mechanism, base: FloatArray, rates: Sequence[float], quantity: Quantity = TORQUE
+) -> list[Place]:
+    """Return places at which only the level is limited."""
+    return [Place(*_nominal(mechanism, rate, base, quantity), 0.0) for rate in rates]
 
 
 def search_table(
@@ -114,7 +119,9 @@ def search_table(
         known = {id(place.torque) for place in broken}
         cost = replace(cost, places=[*(p for p in cost.places if id(p.torque) not in known), *raised])
         checked = [*(p for p in checked if id(p.torque) not in known), *raised]
-    table = np.clip(cost.base + np.tensordot(c, changes, axes=1), -cost.peak, cost.peak)
+    table = cost.base + np.tensordot(c, changes, axes=1)
+    # Cutting single values off would bring the lines back that the others cancel; a smaller table keeps its shape.
+    table *= min(1.0, cost.peak / float(np.abs(table).max()))
     return FoundTable(table, cost, start, last, iterations)
 
 
@@ -159,8 +166,10 @@ def _gauss_newton(
     return c, begun, value, count
 
 
-def _nominal(mechanism: Mechanism, rate: float, base: FloatArray) -> tuple[PeriodicTorque, TorqueLines]:
-    torque = PeriodicTorque(mechanism, rate)
+def _nominal(
+    mechanism: Mechanism, rate: float, base: FloatArray, quantity: Quantity
+) -> tuple[PeriodicTorque, TorqueLines]:
+    torque = PeriodicTorque(mechanism, rate, quantity)
     lines = torque.lines(base)
     if lines is None:
         raise FitError(
