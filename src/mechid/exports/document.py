@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mechid.ink.document import IN_DOCUMENTS, ON_TERMINAL, Document, Facts, Lines, Section, Words
+from mechid.ink.document import IN_DOCUMENTS, ON_TERMINAL, Document, Facts, Lines, Picture, Section, Words
 from mechid.ink.presenter import Presenter
 
 # The folder may contain a page of the user under a common name.
@@ -16,8 +16,12 @@ PAGES = (f"{NAME}.md", f"{NAME}.html")
 
 
 def export_numbers(done: Any) -> dict[str, Any]:
-    """Return the content of mechid_export.json and the folder of the files."""
-    return {**done.to_dict(), "folder": str(done.folder)}
+    """Return the content of mechid_export.json, the folder of the files and the words of the figures by name."""
+    return {
+        **done.to_dict(),
+        "folder": str(done.folder),
+        "figures": {name: words for name, words, _ in done.written.figures},
+    }
 
 
 def export_document(data: Mapping[str, Any]) -> Document:
@@ -37,6 +41,7 @@ def export_document(data: Mapping[str, Any]) -> Document:
             Section("Files", (Lines(data["files"]),), "files", "Files", where=IN_DOCUMENTS),
             Words(checked, where=ON_TERMINAL),
             Section("Check", (Words(checked),), "check", "Check", where=IN_DOCUMENTS),
+            *(Picture(name, words, folder="") for name, words in data["figures"].items()),
             *(Words(line, where=ON_TERMINAL) for line in known),
             Section("What to know", (Lines(known),), "words", "What to know", where=IN_DOCUMENTS),
             Section("Provenance", (Facts(facts), Lines(digests)), "provenance", "Provenance", where=IN_DOCUMENTS),
@@ -57,4 +62,6 @@ PRESENTER = Presenter(
     document=export_document,
     line=lambda done: f"{done.target} in {done.folder}",
     files=lambda done, _numbers, _folder: [done.folder / name for name in done.written.files],
+    figures=lambda done, _numbers: ((name, draw()) for name, _, draw in done.written.figures),
+    figure_folder="",
 )

@@ -61,11 +61,19 @@ class TargetOutput:
         None if nothing could be compared; `words` gives the reason.
     words : tuple of str
         Remarks for the user, on reliability and omissions.
+    figures : tuple of (str, str, callable)
+        Name, text alternative, and a function that draws it; each becomes an SVG and a PNG file.
     """
 
     files: tuple[str, ...]
     checked: Verification | None
     words: tuple[str, ...] = ()
+    figures: tuple[tuple[str, str, Callable[[], Any]], ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all files in the folder, those of the figures included."""
+        return (*self.files, *(f"{name}.{suffix}" for name, _, _ in self.figures for suffix in ("svg", "png")))
 
 
 @dataclass(frozen=True, repr=False)
@@ -86,8 +94,8 @@ class Exported(DisplayedResult):
             "format": FORMAT,
             "target": self.target,
             "mechanism": self.provenance["mechanism"],
-            "files": list(self.written.files),
-            "earlier_files": sorted(set(self.earlier) - {FILE_NAME, *self.written.files}),
+            "files": list(self.written.names),
+            "earlier_files": sorted(set(self.earlier) - {FILE_NAME, *self.written.names}),
             "checked": asdict(checked) if checked else None,
             "words": list(self.written.words),
             "provenance": dict(self.provenance),
@@ -114,7 +122,7 @@ def write_export(source: Handover, target: str, folder: Path, options: object = 
         names = (
             FILE_NAME,
             *PAGES,
-            *done.written.files,
+            *done.written.names,
         )
         # After the files are complete, since only then all their names are known.
         _refuse_foreign(folder, names, (*earlier, *PAGES) if earlier else ())

@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -133,12 +134,14 @@ class Presenter:
             raise UsageError(f"docx: no test report is made of a {type(result).__name__}; leave it out")
 
     def _write_figures(self, result: Any, numbers: Mapping[str, Any], folder: Path) -> Any:
-        if self.figures is _no_figures:
+        figures = iter(self.figures(result, numbers))
+        first = next(figures, None)
+        if first is None:
             return {}
         # Imported here, since Matplotlib takes half a second to load.
         from mechid.ink.figures import write_figures
 
-        return write_figures(self.figures(result, numbers), folder)
+        return write_figures(chain([first], figures), folder)
 
     def print(self, numbers: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
         """Print the document of `numbers` and the paths of its files."""

@@ -161,9 +161,7 @@ def quiet_design_of(table: Mapping[str, Any], place: Place = IN_CODE, folder: Pa
 def _quantity(table: Mapping[str, Any], place: Place, folder: Path) -> Quantity:
     if "structure" not in table:
         if "axis" in table:
-            raise place.key("axis").error(
-                "found without the table [structure] it belongs to; write both or none"
-            )
+            raise place.key("axis").error("found without the table [structure] it belongs to; write both or none")
         return TORQUE
     structure, _ = read_structure_entry(table, place, folder)
     return Quantity(structure)

@@ -143,15 +143,16 @@ def _nearest_codes(
     places = np.abs(entries).reshape(len(entries), -1).argmax(axis=1)
     start = about.ravel()[places]
     A = A + near * np.trace(A) / len(A) * np.eye(len(A))
-    best, least = np.rint(start), np.inf
-    for k in range(QUIET.orders_tried):
-        order = np.arange(start.size) if k == 0 else rng.permutation(start.size)
-        codes = np.clip(_nearest_plane(start, A, g, order), -largest, largest)
-        codes = _descend(codes, start, A, g, largest)
+
+    def cost(codes: FloatArray) -> float:
         move = codes - start
-        value = float(move @ A @ move + 2.0 * g @ move)
-        if value < least:
-            best, least = codes, value
+        return float(move @ A @ move + 2.0 * g @ move)
+
+    orders = [np.arange(start.size), *(rng.permutation(start.size) for _ in range(QUIET.orders_tried - 1))]
+    rounded = [np.clip(_nearest_plane(start, A, g, order), -largest, largest) for order in orders]
+    # A descent takes a hundred times as long as a rounding, and the best few lead to the best end.
+    likely = sorted(rounded, key=cost)[: QUIET.descents]
+    best = min((_descend(codes, start, A, g, largest) for codes in likely), key=cost)
     whole = np.zeros(about.size)
     for entry, place, code in zip(entries.reshape(len(entries), -1), places, best, strict=True):
         whole += entry * (code * entry[place])

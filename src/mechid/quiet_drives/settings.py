@@ -101,6 +101,8 @@ class QuietSettings:
     """Linearisations of the lines, each about the last rounded table."""
     orders_tried: int = 40
     """Orders of the entries in which they are rounded; the first is that of the table."""
+    descents: int = 4
+    """Of them, the best ones from which the descent starts."""
     nearness: tuple[float, ...] = (1e-5, 1e-4, 1e-3, 1e-2)
     """Weights of the distance from the exact table that are tried."""
     range_weights: tuple[float, ...] = (0.05, 0.1, 0.2, 0.3, 0.5)

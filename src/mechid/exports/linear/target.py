@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,7 @@ def write_target(handover: Handover, folder: Path, options: Options | None = Non
     write_atomically(folder / JSON, json_text(linear.to_dict(), indent=None))
     write_mat(linear, folder / MAT)
     write_atomically(folder / FUNCTION, UNCERTAIN_SS)
-    return TargetOutput(FILES, _check(linear, folder), linear.words)
+    return TargetOutput(FILES, _check(linear, folder), linear.words, tuple(_figures(linear)))
 
 
 def _check(linear: Linear, folder: Path) -> Verification:
@@ -65,6 +66,14 @@ def _check(linear: Linear, folder: Path) -> Verification:
     hertz = ", ".join(f"{f:g}" for f in FREQUENCIES_HZ)
     against = f"the nonlinear equations in time, a small sine of {hertz} Hz into each input; relative to the response"
     return Verification(against, max(off), float(np.sqrt(np.mean(np.square(off)))))
+
+
+def _figures(linear: Linear) -> Iterator[Any]:
+    if linear.loops:
+        # Imported here, since Matplotlib takes half a second to load.
+        from mechid.exports.linear.loops.figures import loop_figures
+
+        yield from loop_figures(linear.loops)
 
 
 def _matrices(found: Any) -> Matrices:

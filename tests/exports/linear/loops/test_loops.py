@@ -154,6 +154,13 @@ def test_both_files_have_the_loops(paper, write_design, tmp_path):
         assert len(own["bode"]["frequency_hz"]) == len(own["bode"]["phase_deg"]["low"])
     words = " ".join(done.written.words)
     assert 'Current loop of phase_a around "stuck": gain margin 12.99 dB (' in words
+    figures = [f"loop_current_{model}_{phase}" for model in ("stuck", "free") for phase in ("phase_a", "phase_b")]
+    assert {f"{name}.{suffix}" for name in figures for suffix in ("svg", "png")} < {
+        path.name for path in done.folder.iterdir()
+    }
+    assert set(json.loads((done.folder / "mechid_export.json").read_text())["files"]) > {f"{figures[0]}.svg"}
+    page = (done.folder / "mechid_export.html").read_text(encoding="utf-8")
+    assert page.count("time after a unit step, s") == len(figures)
 
 
 def test_an_unstable_loop_is_refused_with_its_pole(paper, write_design, tmp_path):
