@@ -23,6 +23,7 @@ LEAST_LINES = 150
 """A module of so many lines has a test file of its name."""
 FOLDERS_WITHOUT_A_PACKAGE = {
     "measured": "campaigns on measured data by others: whole jobs, of no module by itself",
+    "published": "mechanisms and data that others have published: whole jobs, of no module by itself",
     "kernel/golden": "texts that tests/kernel/test_source.py compares with",
 }
 WITHOUT_A_TEST_FILE = {"identification/conclude.py"}
