@@ -66,7 +66,7 @@ def _start(problem: Problem, jacobian: bool) -> np.ndarray:
     return np.concatenate(values)
 
 
-def _rates(x: ca.SX, u: ca.SX, p: ca.SX, constants: ca.SX) -> tuple[ca.SX, ca.SX]:
+def rates(x: ca.SX, u: ca.SX, p: ca.SX, constants: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Return dx/dt and the measured torque y."""
     i_A, i_B, alpha, omega, alpha_g, omega_g, z, z_dot = ca.vertsplit(x)
     R, L, k, T_frs, d1c, d1s, d2c, d2s, T_frd, T_visc, K_s, D, K_res, w0, zeta = ca.vertsplit(p)
@@ -95,12 +95,12 @@ def _step(jacobian: bool) -> ca.Function:
     """One sample: (state and what stays with it, voltages) -> (the same one sample on, [y, dy/dp])."""
     x, p = ca.SX.sym("x", STATES), ca.SX.sym("p", len(PARAMETERS))
     u, constants, h = ca.SX.sym("u", 2), ca.SX.sym("constants", 4), SAMPLE_TIME
-    k1, _ = _rates(x, u, p, constants)
-    k2, _ = _rates(x + h / 2 * k1, u, p, constants)
-    k3, _ = _rates(x + h / 2 * k2, u, p, constants)
-    k4, _ = _rates(x + h * k3, u, p, constants)
+    k1, _ = rates(x, u, p, constants)
+    k2, _ = rates(x + h / 2 * k1, u, p, constants)
+    k3, _ = rates(x + h / 2 * k2, u, p, constants)
+    k4, _ = rates(x + h * k3, u, p, constants)
     after = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    _, y = _rates(after, u, p, constants)
+    _, y = rates(after, u, p, constants)
     carried, output = [x, p, constants], [y]
     result = [after, p, constants]
     if jacobian:

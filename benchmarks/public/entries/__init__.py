@@ -1,0 +1,1 @@
+"""Entries of the table in the docs: mechid, SciPy's least squares, CasADi's multiple shooting."""

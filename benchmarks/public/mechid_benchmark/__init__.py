@@ -1,0 +1,1 @@
+"""Scores of submissions to the public benchmark; needs NumPy and nothing of mechid."""
