@@ -61,7 +61,8 @@ class LinearisedCost:
         self.turning_by_step = fundamental(changes)
         # At least a little room, so that a table on its limit can be the start.
         self.least_turning = min(cost.least_fundamental, self.turning - (QUIET.slack - 1.0))
-        self.peak = max(cost.peak, float(np.abs(table).max())) * QUIET.slack
+        # A table from elsewhere may stand beyond; one of the search before never does.
+        self.peak = max(cost.peak * QUIET.slack, QUIET.inside * float(np.abs(table).max()))
 
     def minimise(self, damping: float) -> FloatArray:
         """Return the step, (m,), of least cost plus a proximal term of a relative damping, within the limits."""

@@ -64,6 +64,8 @@ class QuietSettings:
     slack: float = 1.001
     """Factor on a limit within which the search moves: the nominal table stands on its peak, where a barrier has no
     room. A table beyond the peak is made smaller as a whole when the search has ended."""
+    inside: float = 1.00001
+    """Room of a table that stands on this limit or beyond it, as a factor."""
     first_barrier: float = 1e-3
     """First weight of the barriers, as a share of the design cost."""
     last_barrier: float = 1e-8
