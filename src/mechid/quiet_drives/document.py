@@ -72,6 +72,11 @@ VERDICTS = (
     Column("nominal", "nominal", words=True),
     Column("table", "table", words=True),
 )
+CONFIRMATIONS = (
+    Column("rate", "rate", said="rate, full steps/s"),
+    Column("seconds", "seconds", said="length, s"),
+    Column("command", "command", words=True),
+)
 DRIVERS = (
     Column("driver", "driver", words=True),
     Column("gain dB", "gains", said="gain at the design rates, dB"),
@@ -90,6 +95,12 @@ RESERVE = (
 RATES = (
     "{level} over the rate of each stepping, with its 95 % bound over draws of the covariance. Recommended rates "
     "have a bound in the lowest quarter of all; forbidden ones exceed the limit."
+)
+
+
+CONFIRM = (
+    "Length of a record on the bench of the fit, at a constant rate with this table, that shows the RMS of the torque "
+    "lines to 1 dB with 95 %. The bench's noise counts as white; record the nominal table for as long."
 )
 
 
@@ -139,6 +150,12 @@ def _parts(data: Mapping[str, Any]) -> Iterator[Part]:
     yield Section("The table on other units", (Rows(Table(_columns(UNITS, unit), units)),), "units", "Other units")
     yield Section("Rates and stepping", tuple(_rates(data["survey"], unit)), "rates", "Rates")
     yield Section("Requirements", (Rows(Table(VERDICTS, data["requirements"])),), "requirements", "Requirements")
+    yield Section(
+        "Record that confirms it",
+        (Words(CONFIRM, where=IN_DOCUMENTS), Rows(Table(CONFIRMATIONS, data["confirmations"]))),
+        "confirmation",
+        "Confirmation",
+    )
     yield Section("Drivers with a wave table", (Rows(Table(DRIVERS, data["drivers"])),), "drivers", "Drivers")
 
 

@@ -12,6 +12,7 @@ from mechid.arrays import FloatArray
 from mechid.budgets.prediction import Prediction
 from mechid.identification.result.estimate_file import provenance_of_fits
 from mechid.ink.digits import digits
+from mechid.quiet_drives.confirmation import Confirmation
 from mechid.quiet_drives.improvement import Gain, LineAt
 from mechid.quiet_drives.quiet_drive import QuietDrive
 from mechid.quiet_drives.rate_survey import FORBIDDEN, RECOMMENDED, Band, Pair, SteppingCurve, widest_bands
@@ -96,6 +97,7 @@ def quiet_numbers(found: QuietDrive) -> dict[str, Any]:
             }
             for one in found.drivers
         ],
+        "confirmations": [_confirmation(one, found) for one in found.confirmations],
         "warnings": list(_warnings(found)),
         "provenance": provenance_of_fits(found.digest),
     }
@@ -135,6 +137,20 @@ def _lines_beside(found: QuietDrive) -> list[dict[str, Any]]:
         }
         out.append({"rate": one.rate, "order": one.order, "text": texts})
     return out
+
+
+def _confirmation(one: Confirmation, found: QuietDrive) -> dict[str, Any]:
+    too_long = one.seconds > QUIET.longest_confirming_s
+    command = f'stepping = "micro", microsteps = {len(found.table) // 4}, table = "table.csv", rate = {one.rate:g}'
+    return {
+        "rate": one.rate,
+        "seconds": one.seconds,
+        "command": command,
+        "text": {
+            "rate": f"{one.rate:g}",
+            "seconds": "over an hour: quieter than this bench" if too_long else digits(max(one.seconds, 0.1), 2),
+        },
+    }
 
 
 def _gain(one: Gain) -> dict[str, Any]:

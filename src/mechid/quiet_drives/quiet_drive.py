@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from mechid.arrays import FloatArray
 from mechid.budgets.prediction import Prediction
 from mechid.display import DisplayedResult
+from mechid.quiet_drives.confirmation import Confirmation
 from mechid.quiet_drives.design_file import QuietDesign
 from mechid.quiet_drives.improvement import Improvement
 from mechid.quiet_drives.rate_survey import Survey
@@ -45,6 +46,8 @@ class QuietDrive(DisplayedResult):
     predictions : mapping of str to tuple of Prediction
         Verdicts on the requirements with the nominal table and with the found one.
     drivers : tuple of DriverLayout
+    confirmations : tuple of Confirmation
+        Records that would show the improvement; empty if the records' noise is not known.
     source : str
         The fit.
     grade : str
@@ -67,6 +70,7 @@ class QuietDrive(DisplayedResult):
     survey: Survey
     predictions: Mapping[str, tuple[Prediction, ...]]
     drivers: tuple[DriverLayout, ...]
+    confirmations: tuple[Confirmation, ...]
     source: str
     grade: str
     synthetic: bool

@@ -30,6 +30,7 @@ from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
 from mechid.plant.mechanism import Mechanism
 from mechid.progress.listening import line_receiver
+from mechid.quiet_drives.confirmation import confirm, noise_density
 from mechid.quiet_drives.design_file import QuietDesign, quiet_design_of, read_quiet_file
 from mechid.quiet_drives.driver_layouts import driver_layouts
 from mechid.quiet_drives.improvement import improvement, moved_mechanisms
@@ -185,6 +186,7 @@ def _quiet(
         survey=levels,
         predictions=_predictions(estimate, design, base, table),
         drivers=driver_layouts(mechanism, searched.cost, table, design.rates, say) if mirrored else (),
+        confirmations=confirm(bettered.after, noise_density(fit)),
         source=fit.source,
         grade=str(fit.grade),
         synthetic=estimate.synthetic,

@@ -141,6 +141,12 @@ class QuietSettings:
     """Quantile of the bounds over all rates and steppings up to which a rate is recommended."""
     loud_ratio: float = 2.0
     """Ratio to the median bound above which a rate is forbidden, where no limit is given."""
+    confirmed_db: float = 1.0
+    """Error of the RMS torque that a confirming record may leave."""
+    two_sided: float = 1.96
+    """Standard deviations of a two-sided error at 95 %."""
+    longest_confirming_s: float = 3600.0
+    """Length above which a confirming record is called too long."""
     most_uncovered: float = 0.05
     """Share of the RMS torque at frequencies that the structure does not cover, above which this is said."""
     most_bands: int = 5
