@@ -61,6 +61,16 @@ def kinematics(alpha, omega, alpha_gear, omega_gear, orders, q):
     return alpha / q["G"] + error - alpha_gear, lever * omega - omega_gear, lever
 
 
+def stiffness_variation(alpha, orders, q):
+    """Return the variation of the stiffness over its mean, sum V sin(k alpha + phi), and its slope."""
+    variation, slope = 0.0, 0.0
+    for j, k in enumerate(orders, start=1):
+        V, phi = np.hypot(q[f"v_c{j}"], q[f"v_s{j}"]), np.arctan2(q[f"v_s{j}"], q[f"v_c{j}"])
+        variation += V * np.sin(k * alpha + phi)
+        slope += V * k * np.cos(k * alpha + phi)
+    return variation, slope
+
+
 def driven(e, orders, q):
     """Return the waveforms of a driver whose microstep table is off, from those commanded."""
     theta, delta = np.arctan2(e[1], -e[0]), 0.0

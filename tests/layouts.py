@@ -105,6 +105,17 @@ LAYOUTS = {
             ]
         }
     },
+    "tooth mesh": {
+        "gear": {
+            "mesh": [{"teeth": [74, 69]}, {"teeth": [75, 80], "ratio_behind": 50.2717391304}],
+            "kinematic_error": [
+                {"order": "mesh 1", "amplitude": 2e-5, "phase_deg": 20.0},
+                {"order": "mesh 2", "amplitude": 1e-5, "phase_deg": -70.0},
+                {"order": 2, "amplitude": 1e-4, "phase_deg": 45.0},
+            ],
+            "stiffness_variation": [{"order": "mesh 2", "amplitude": 0.2, "phase_deg": 100.0}],
+        }
+    },
     "output_friction": {"output_friction": {"coulomb": 0.05, "stiction": 0.02, "viscous": 0.01}},
     "flexible load": {
         "load": {

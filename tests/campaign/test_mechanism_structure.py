@@ -90,8 +90,8 @@ REFUSED = {
         "load.inertia: 0.010534 is not above the modes' 0.02",
     ),
     "order that is not whole": (
-        {"gear": {"kinematic_error": [{"order": 2.5, "amplitude": 1e-4}]}},
-        "gear.kinematic_error.0.order: found 2.5; write a whole number",
+        {"stepper": {"torque_harmonic": [{"order": 2.5, "amplitude": 1e-4}]}},
+        "stepper.torque_harmonic.0.order: found 2.5; write a whole number",
     ),
     "order beyond the kernel's": (
         {"gear": {"kinematic_error": [{"order": 1001, "amplitude": 1e-4}]}},

@@ -11,6 +11,7 @@ from hand_typed_blocks import (
     kinematics,
     load_torques,
     output_torque,
+    stiffness_variation,
     supplied,
     winding_rates,
 )
@@ -23,14 +24,26 @@ ELSEWHERE = ("current drive", "current limit", "test stand", "output_friction", 
 CASES = [name for name in LAYOUTS if name not in ELSEWHERE]
 
 
+def orders_of(m, table):
+    """Return the orders of a list of harmonics, as the mechanism has them."""
+    return tuple(m.value(f"{table}.{k}.order") for k in range(m.plant.layout.count(table)))
+
+
 def by_hand(name, m, x, u):
     """Return the rates of all states by name."""
-    q, orders = rubbing(name, m, x), tuple(k["order"] for k in LAYOUTS[name].get("gear", {}).get("kinematic_error", ()))
+    q, orders, varied = (
+        rubbing(name, m, x),
+        orders_of(m, "gear.kinematic_error"),
+        orders_of(m, "gear.stiffness_variation"),
+    )
     harmonics = tuple(h["order"] for h in LAYOUTS[name].get("stepper", {}).get("torque_harmonic", ()))
     u = driven(u, tuple(h["order"] for h in LAYOUTS[name].get("stepper", {}).get("microstep_table", ())), q)
     twist, twist_rate, lever = kinematics(x["alpha"], x["omega"], x["alpha_gear"], x["omega_gear"], orders, q)
     T_out = output_torque(name, twist, twist_rate, q)
-    T_rg, direction = lever * T_out, np.sign(x["omega"])
+    # A spring of energy K (1 + v) twist^2 / 2 pulls at both ends by its derivatives.
+    variation, slope = stiffness_variation(x["alpha"], varied, q)
+    T_out += variation * q.get("K_s", 0.0) * twist
+    T_rg, direction = lever * T_out + slope * q.get("K_s", 0.0) * twist**2 / 2, np.sign(x["omega"])
     T_fr, slip = friction_torque(name, direction, x["omega"], T_rg, x.get("z_fr", 0.0), q)
     di_A, di_B, T_coils = winding_rates(
         (x["i_A"], x["i_B"]), supplied(u, (x["i_A"], x["i_B"]), q), x["alpha"], x["omega"], q, harmonics

@@ -11,11 +11,13 @@ from mechid.kernel.equations import equations_of
 from random_states import values
 
 
-def test_a_gear_with_kinematic_error_starts_unwound():
+@pytest.mark.parametrize("name", ["kinematic_error", "tooth mesh"])
+def test_a_gear_with_kinematic_error_starts_unwound(name):
     """Truth: `hand_typed_blocks`: no twist at the start, whatever the error; its derivatives by differences."""
-    layout = LAYOUTS["kinematic_error"]
-    m = paper_with(layout)
-    orders = tuple(k["order"] for k in layout["gear"]["kinematic_error"])
+    m = paper_with(LAYOUTS[name])
+    orders = tuple(
+        m.value(f"gear.kinematic_error.{k}.order") for k in range(m.plant.layout.count("gear.kinematic_error"))
+    )
     start, p, theta_0 = equations_of(m.plant).initial, m.kernel_values(), np.radians(2000.0)
     others = np.zeros(len(m.plant.inputs)), (0.0, 0.0)
 

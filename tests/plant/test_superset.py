@@ -7,10 +7,10 @@ from layouts import SINGLE_STEPPER, mechanism_of
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
+from mechid.plant.detent import period_name
 from mechid.plant.superset import (
     extension_named,
     extensions_at,
-    period_name,
     rivals_of,
     superset_of,
     unlisted_extensions,

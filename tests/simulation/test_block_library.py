@@ -40,14 +40,15 @@ TOGETHER = {
         **LAYOUTS["output_friction"],
         **LAYOUTS["second mode"],
     },
-    "LuGre on a current drive with a table": {
+    "LuGre on a current drive with a table, tooth meshes": {
         **LAYOUTS["lugre"],
+        **LAYOUTS["tooth mesh"],
         "stepper": LAYOUTS["current drive"]["stepper"] | LAYOUTS["microstep table"]["stepper"],
     },
 }
 """Every block of the library once, in few mechanisms: each is a kernel to compile."""
 ALONE = [pytest.param(LAYOUTS[name], id=name, marks=pytest.mark.slow) for name in LAYOUTS if name != "three switches"]
-QUICK = ("backlash between two frictions", "LuGre on a current drive with a table")
+QUICK = ("backlash between two frictions", "LuGre on a current drive with a table, tooth meshes")
 EVERY = [
     *(
         pytest.param(changes, id=name, marks=[] if name in QUICK else [pytest.mark.slow])

@@ -10,13 +10,15 @@ import numpy as np
 from mechid.analysis.attributed_lines import AttributedLine, attribute_line
 from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.measured_resonances import MeasuredResonance, measured_resonances
+from mechid.analysis.named_orders import named_orders
 from mechid.analysis.noise_evidence import NoiseEvidence, noise_evidence
 from mechid.analysis.order_tracking import ORDERS, OrderLine, order_lines
 from mechid.analysis.prediction import Travel
-from mechid.analysis.step_lines import StepLine, average_orders
+from mechid.analysis.step_lines import NamedStepLine, StepLine, average_named, average_orders
 from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, MeasuredCommand, RateProfile, Timing
 from mechid.identification.computation.parallel import one_core_algebra
+from mechid.plant.mechanism import NamedLine
 from mechid.records import Channel, Record
 from mechid.records.step_rate import SuggestedRate, suggest_rate_without_hum
 from mechid.signal import Band, power_density, third_octaves
@@ -42,10 +44,14 @@ DEFAULT_MICROSTEPS = 16
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """Declared drive of a record: its command, and the record time in s at which the command starts."""
+    """Declared drive of a record: its command, the record time in s at which that starts, and the mechanism's lines.
+
+    `named` are the lines that the mechanism names, such as those of its tooth meshes.
+    """
 
     command: Command
     time_offset_s: float = 0.0
+    named: tuple[NamedLine, ...] = ()
 
     @property
     def is_stepped(self) -> bool:
@@ -84,6 +90,7 @@ class ChannelLook:
     lines: tuple[AttributedLine, ...]
     mains: tuple[AttributedLine, ...]
     step_lines: tuple[StepLine, ...]
+    named_lines: tuple[NamedStepLine, ...]
     over_rate: tuple[OrderLine, ...]
     resonances: tuple[MeasuredResonance, ...]
     waterfall: Waterfall
@@ -142,7 +149,8 @@ def _look_at(record: Record, declared: Drive | None) -> RecordLook:
     suggested = next((one for one in suggestions if one), None)
     travel = _travel(declared, suggested, base)
     steps = _microsteps(declared, suggested)
-    channels = [_channel(c, spectrum, found, travel, base, steps) for c, spectrum, found in each]
+    named = declared.named if declared else ()
+    channels = [_channel(c, spectrum, found, travel, base, steps, named) for c, spectrum, found in each]
     return RecordLook(
         record=record,
         declared=declared,
@@ -182,7 +190,13 @@ def _constant_rate(travel: Travel | None) -> float | None:
 
 
 def _channel(
-    channel: Channel, spectrum: Prominence, lines: Sequence[Line], travel: Travel | None, base: TimeBase, steps: int
+    channel: Channel,
+    spectrum: Prominence,
+    lines: Sequence[Line],
+    travel: Travel | None,
+    base: TimeBase,
+    steps: int,
+    named: Sequence[NamedLine],
 ) -> ChannelLook:
     line, fs = fit_line(channel.data, 2), base.sample_rate_hz
     middle = mean(channel.data)
@@ -212,9 +226,10 @@ def _channel(
         density=density,
         bands=bands,
         below_rms=rms_below(frequency, density, bands),
-        lines=tuple(attribute_line(one, mains, constant, spectrum.bin_hz) for one in lines),
-        mains=tuple(attribute_line(one.line, (one,), constant, spectrum.bin_hz) for one in mains),
+        lines=tuple(attribute_line(one, mains, constant, spectrum.bin_hz, named) for one in lines),
+        mains=tuple(attribute_line(one.line, (one,), constant, spectrum.bin_hz, named) for one in mains),
         step_lines=average_orders(tracked),
+        named_lines=average_named(named_orders(level, travel, fs, named, MORE_ORDERS).lines, named) if travel else (),
         over_rate=() if constant else tracked,
         resonances=measured_resonances(
             () if constant else tracked,

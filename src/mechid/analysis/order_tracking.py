@@ -176,19 +176,24 @@ def order_lines(
             )
 
 
-def travel_windows(travel: Series, sample_rate_hz: float) -> Iterator[TravelWindow]:
-    """Yield the windows of equal travel of a record; none if the command travels too little."""
-    for samples in _windows(travel):
+def travel_windows(
+    travel: Series, sample_rate_hz: float, window_steps: float = ORDER.window_steps
+) -> Iterator[TravelWindow]:
+    """Yield the windows of equal travel of a record, at least as long as asked; none if the command travels too little.
+
+    A record that travels less than `window_steps` full steps is one window.
+    """
+    for samples in _windows(travel, window_steps):
         if samples.size > 1:
             along = slice(int(samples[0]), int(samples[-1]) + 1)
             moving = samples - along.start
             yield TravelWindow(along, moving, travel[along][moving], sample_rate_hz)
 
 
-def _windows(travel: Series) -> Iterator[IntArray]:
+def _windows(travel: Series, window_steps: float) -> Iterator[IntArray]:
     """Yield the sample indices of windows of equal travel, without samples at which the command dwells."""
     first, last = float(travel[:1][0]), float(travel[travel.size - 1 :][0])
-    total, count = last - first, max(int((last - first) / ORDER.window_steps), 1)
+    total, count = last - first, max(int((last - first) / window_steps), 1)
     if total < ORDER.least_steps:
         return
     begun, number = [np.zeros(0, dtype=np.int64)], 0

@@ -7,19 +7,22 @@ remainder gives the amplitude that noise alone would produce.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.analysis.hum_in_residual import remove_hum
+from mechid.analysis.named_orders import NamedOrder, named_orders
 from mechid.analysis.order_tracking import TravelWindow, travel_windows
 from mechid.analysis.settings import ORDER
 from mechid.arrays import FloatArray
+from mechid.plant.mechanism import NamedLine
 from mechid.signal.density import THIRD
 from mechid.signal.orders import fit_orders
+from mechid.signal.remainder import Remainder
 from mechid.signal.series import Series
 from mechid.signal.window import windowed_density
 
@@ -43,12 +46,14 @@ class ResidualAtRate:
     duration_s : float
         Total duration of the windows.
     amplitude : (K,)
-        Amplitude of the lines at `TRACKED` in N m, including noise, root mean square over the windows; NaN if the
-        record does not reach or resolve the order.
+        Amplitude of the lines in N m, at `TRACKED` and then at the orders that the mechanism names, including noise,
+        root mean square over the windows; NaN if the record does not reach or resolve the order.
     sigma : (K,)
         Amplitude expected from noise alone, with the density between the lines.
     density : (B,)
         Density between the lines in (N m)^2/Hz, in third octaves about `CENTRES_HZ`; NaN if no window resolves it.
+    orders : (K,)
+        Multiples of the step rate of the lines.
     """
 
     rate: float
@@ -57,6 +62,7 @@ class ResidualAtRate:
     amplitude: FloatArray
     sigma: FloatArray
     density: FloatArray
+    orders: FloatArray = field(default_factory=lambda: np.array(TRACKED))
 
 
 @dataclass(frozen=True)
@@ -69,12 +75,17 @@ class _Window:
 
 
 def residual_emission(
-    residual: Series, travel: Series, sample_rate_hz: float, mains_hz: float | None = None
+    residual: Series,
+    travel: Series,
+    sample_rate_hz: float,
+    mains_hz: float | None = None,
+    named: Sequence[NamedLine] = (),
 ) -> tuple[ResidualAtRate, ...]:
     """Compute the residual of a torque record by ascending rate; empty if the command travels too little.
 
     Multiples of the mains frequency are removed, since they are not emission. Orders of a steady rate that cannot be
-    separated from them are NaN.
+    separated from them are NaN. Lines that the mechanism names need long windows; they are fitted first, so that they
+    do not count as density.
 
     Parameters
     ----------
@@ -85,14 +96,51 @@ def residual_emission(
     sample_rate_hz : float
     mains_hz : float or None
         Frequency in Hz of the grid whose hum is in the records.
+    named : sequence of NamedLine
+        Lines that the mechanism names; those without an order are left out.
     """
     found: dict[int, list[_Window]] = {}
     hidden: frozenset[float] = frozenset()
+    named = [one for one in named if one.order is not None]
     if mains_hz:
-        residual, hidden = remove_hum(residual, travel, sample_rate_hz, mains_hz, TRACKED)
-    for key, window, orders in tracked_windows(travel, sample_rate_hz):
-        found.setdefault(key, []).append(_track_window(window, window.of(residual), orders, hidden))
-    return tuple(_average_windows(found[key]) for key in sorted(found))
+        orders = (*TRACKED, *(one.order for one in named if one.order))
+        residual, hidden = remove_hum(residual, travel, sample_rate_hz, mains_hz, orders)
+    fitted = named_orders(residual, travel, sample_rate_hz, named, TRACKED)
+    rest = Remainder(residual, model=fitted) if fitted.lines else residual
+    for key, window, tracked in tracked_windows(travel, sample_rate_hz):
+        found.setdefault(key, []).append(_track_window(window, window.of(rest), tracked, hidden))
+    rates = [_average_windows(found[key]) for key in sorted(found)]
+    if not named:
+        return tuple(rates)
+    at_orders = tracked_orders(named)
+    seen = [one for one in fitted.lines if at_orders[len(TRACKED) + one.position] not in hidden]
+    return tuple(_with_named(rates, seen, np.array(at_orders)))
+
+
+def _with_named(
+    rates: Sequence[ResidualAtRate], lines: Sequence[NamedOrder], orders: FloatArray
+) -> Iterator[ResidualAtRate]:
+    """Yield the residuals with the lines that the mechanism names, each at the nearest of the rates."""
+    count = orders.size - len(TRACKED)
+    at = [int(np.argmin([abs(np.log(one.rate / line.rate)) for one in rates])) for line in lines] if rates else []
+    for k, one in enumerate(rates):
+        power, noise = np.full((2, count), np.nan)
+        for place in {line.position for line in lines}:
+            own = [line for line, near in zip(lines, at, strict=True) if near == k and line.position == place]
+            if own:
+                power[place] = np.mean([abs(line.amplitude) ** 2 for line in own])
+                noise[place] = np.mean([line.noise**2 for line in own])
+        yield replace(
+            one,
+            amplitude=np.concatenate([one.amplitude, np.sqrt(power)]),
+            sigma=np.concatenate([one.sigma, np.sqrt(noise)]),
+            orders=orders,
+        )
+
+
+def tracked_orders(named: Sequence[NamedLine]) -> tuple[float, ...]:
+    """Return the orders of the lines of a residual: `TRACKED`, then those that the mechanism names."""
+    return (*TRACKED, *(one.order for one in named if one.order is not None))
 
 
 def tracked_windows(travel: Series, sample_rate_hz: float) -> Iterator[tuple[int, TravelWindow, list[float]]]:

@@ -39,6 +39,8 @@ class ResidualRecord:
     sample_rate_hz : float
     rates : tuple of ResidualAtRate
         In ascending order.
+    named : tuple of str
+        Names of the lines behind those at `TRACKED`, which the mechanism names.
     """
 
     name: str
@@ -47,6 +49,7 @@ class ResidualRecord:
     noise_sigma: float
     sample_rate_hz: float
     rates: tuple[ResidualAtRate, ...]
+    named: tuple[str, ...] = ()
 
     @property
     def noise_density(self) -> float:
@@ -67,6 +70,8 @@ def residual_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> di
     # Imported here: it loads the simulator, which reading the file does not need.
     from mechid.analysis.validation import TORQUE
 
+    named = [one for one in fit.mechanism.named_lines if one.order is not None]
+    stated = {"named": [one.name for one in named], "named_orders": [one.order for one in named]} if named else {}
     records = {}
     for name, record in validation.items():
         channel = record.channels.get(TORQUE)
@@ -77,6 +82,7 @@ def residual_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> di
                 "microsteps": record.command["microsteps"],
                 "noise_sigma": fit.records[name].channels[TORQUE].noise_sigma,
                 "sample_rate_hz": 2.0 * float(channel.spectrum_hz[-1]),
+                **stated,
                 "rates": [_row(at) for at in channel.emission],
             }
     return {
@@ -125,14 +131,18 @@ def _round_values(values: FloatArray) -> list[float]:
 
 
 def _record(name: str, entry: Mapping[str, Any]) -> ResidualRecord:
+    # A mechanism without tooth meshes names no lines, and then the file has no such keys.
+    orders = np.array([*TRACKED, *map(float, entry.get("named_orders", ()))])
     return ResidualRecord(
         name=name,
         stepping=str(entry["stepping"]),
         microsteps=int(entry["microsteps"]),
         noise_sigma=float(entry["noise_sigma"] or 0.0),
         sample_rate_hz=float(entry["sample_rate_hz"]),
+        named=tuple(map(str, entry.get("named", ()))),
         rates=tuple(
             ResidualAtRate(
+                orders=orders,
                 rate=float(row["rate"]),
                 windows=int(row["windows"]),
                 duration_s=float(row["duration_s"]),

@@ -53,6 +53,9 @@ class OrderRules:
     """Least number of bins in a band for an estimate of its density."""
     turns: float = 2.0
     """Least number of turns by which two neighbouring orders differ over a window, for both to be resolved."""
+    named_turns: float = 0.9
+    """The same number for orders that a mechanism names: sines that differ by a turn over a window are orthogonal, and
+    a joint fit needs no more."""
     steady: float = 1e-3
     """Relative variation of the rate below which orders stay at a fixed distance from the hum."""
     hum_apart: float = 2.0

@@ -1,4 +1,4 @@
-"""Orders of the step rate over a whole record: amplitude without noise, with its error."""
+"""Orders of the step rate, and named orders, over a whole record: amplitude without noise, with its error."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mechid.analysis.named_orders import NamedOrder
 from mechid.analysis.order_tracking import OrderLine
+from mechid.plant.mechanism import NamedLine
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +33,57 @@ class StepLine:
     sigma: float
     peak_rate: float
     peak_amplitude: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedStepLine:
+    """One order that a mechanism names, averaged over windows of equal travel.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Its name, and the names of lines that the record does not separate from it.
+    words : str
+    order : float
+        Multiple of the step rate.
+    per_turn : float
+        Periods per turn of the rotor.
+    windows : int
+    amplitude, sigma : float
+        Root of the mean power over the windows without noise, and its standard error, in the channel's unit.
+    """
+
+    names: tuple[str, ...]
+    words: str
+    order: float
+    per_turn: float
+    windows: int
+    amplitude: float
+    sigma: float
+
+
+def average_named(found: Sequence[NamedOrder], named: Sequence[NamedLine]) -> tuple[NamedStepLine, ...]:
+    """Average each named order over its windows, in the order of the mechanism."""
+    by_position: dict[int, list[NamedOrder]] = {}
+    for line in found:
+        by_position.setdefault(line.position, []).append(line)
+    return tuple(_of_named(named[k], by_position[k]) for k in sorted(by_position))
+
+
+def _of_named(line: NamedLine, found: Sequence[NamedOrder]) -> NamedStepLine:
+    noise = np.array([one.noise for one in found])
+    power = np.array([abs(one.amplitude) for one in found]) ** 2 - noise**2
+    # `noise` is the root mean square of both parts together, the error of either is smaller by the root of two.
+    sigma = math.sqrt(float(np.mean(noise**2)) / 2.0 / noise.size)
+    return NamedStepLine(
+        names=found[0].names,
+        words=line.words,
+        order=found[0].order,
+        per_turn=line.per_turn,
+        windows=len(found),
+        amplitude=math.sqrt(max(float(power.mean()), 0.0)),
+        sigma=sigma,
+    )
 
 
 def average_orders(tracked: Sequence[OrderLine]) -> tuple[StepLine, ...]:

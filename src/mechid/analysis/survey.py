@@ -10,10 +10,11 @@ from typing import TypeAlias
 
 from mechid.analysis.look import Drive, RecordLook, look_at
 from mechid.campaign.campaign import Campaign, CampaignRecord
-from mechid.campaign.campaign_file import FILE_NAME, load_records
+from mechid.campaign.campaign_file import FILE_NAME, load_named_lines, load_records
 from mechid.campaign.campaign_in_code import RecordEntry, read_single_record
 from mechid.display import DisplayedResult
 from mechid.errors import RecordError
+from mechid.plant.mechanism import NamedLine
 from mechid.records import Record
 from mechid.records.undeclared import Hints, read_bare
 
@@ -82,11 +83,13 @@ def _records(source: Source, hints: Hints | None) -> Iterator[tuple[Record, Driv
         yield record, Drive(command=command) if command else None
         return
     if isinstance(source, Campaign):
-        yield from ((_data(record), _drive(record)) for record in source.records)
+        named = source.mechanism.named_lines
+        yield from ((_data(record), _drive(record, named)) for record in source.records)
         return
     path = source
     if path.suffix.lower() == TOML or (path / FILE_NAME).is_file():
-        yield from ((_data(record), _drive(record)) for record in load_records(path))
+        named = load_named_lines(path)
+        yield from ((_data(record), _drive(record, named)) for record in load_records(path))
     else:
         yield from ((record, None) for record in read_bare(path, hints))
 
@@ -101,8 +104,8 @@ def _data(record: CampaignRecord) -> Record:
     return record.data
 
 
-def _drive(record: CampaignRecord) -> Drive:
-    return Drive(command=record.command, time_offset_s=record.time_offset.value)
+def _drive(record: CampaignRecord, named: tuple[NamedLine, ...]) -> Drive:
+    return Drive(command=record.command, time_offset_s=record.time_offset.value, named=named)
 
 
 def _unique_name(name: str, used: set[str]) -> str:

@@ -22,6 +22,7 @@ from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.result.finished_fit import record_as_fitted
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.record_result import Nuisance
+from mechid.plant.mechanism import NamedLine
 from mechid.records import COMPONENTS, Mounting
 from mechid.signal import (
     Band,
@@ -201,7 +202,10 @@ def _validate_record(
         use=fitted.use,
         command=_driver_assumptions(fitted.command),
         channels={
-            q: replace(channel_validation(q, SI_UNIT[q], p, fit.mains_hz), use=_only_compared(record, q))
+            q: replace(
+                channel_validation(q, SI_UNIT[q], p, fit.mains_hz, fit.mechanism.named_lines),
+                use=_only_compared(record, q),
+            )
             for q, p in predicted.items()
         },
         components=components,
@@ -241,8 +245,13 @@ def with_validation(content: Mapping[str, Any], validation: Mapping[str, RecordV
     return {**content, "records": records}
 
 
-def channel_validation(quantity: str, unit: str, p: Prediction, mains_hz: float | None = None) -> ChannelValidation:
-    """Validate one predicted channel; hum at multiples of `mains_hz` does not count as emission."""
+def channel_validation(
+    quantity: str, unit: str, p: Prediction, mains_hz: float | None = None, named: Sequence[NamedLine] = ()
+) -> ChannelValidation:
+    """Validate one predicted channel; hum at multiples of `mains_hz` does not count as emission.
+
+    `named` are the lines that the mechanism names, which are tracked in the residual of the torque.
+    """
     samples = _digest(p)
     p = p.evaluated_part
     measured, r = p.level, p.residual
@@ -265,7 +274,7 @@ def channel_validation(quantity: str, unit: str, p: Prediction, mains_hz: float 
         residual_density=residual_density,
         bands=_bands(frequency, measured_density, residual_density) if p.finite else (),
         orders=order_errors(measured, p.modelled, p.travel, p.base.sample_rate_hz) if p.finite else (),
-        emission=residual_emission(r, p.travel, p.base.sample_rate_hz, mains_hz) if emits else (),
+        emission=residual_emission(r, p.travel, p.base.sample_rate_hz, mains_hz, named) if emits else (),
     )
 
 

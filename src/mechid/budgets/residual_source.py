@@ -116,11 +116,11 @@ class ResidualSource:
         near = _nearest([at for _, at in seen], rate)
         cells = [seen[k] for k in near]
         # Bonferroni: the chance of a false alarm holds for all lines and bands of a rate together.
-        tests = len(TRACKED) + CENTRES_HZ.size
+        orders = cells[0][1].orders if cells else np.array(TRACKED)
+        tests = orders.size + CENTRES_HZ.size
         amplitude, hidden = _lines([at for _, at in cells], RESIDUALS.false_alarm / tests)
         density = _density(cells, RESIDUALS.false_alarm / tests)
         limit = np.where(amplitude > 0.0, amplitude, hidden if amplitude.any() or density.any() else 0.0)
-        orders = np.array(TRACKED)
         rates = [at.rate for _, at in seen]
         outside = not rates or not min(rates) / (1.0 + RESIDUALS.near) <= rate <= max(rates) * (1.0 + RESIDUALS.near)
         # Beyond the measured rates, inertial disturbances grow with the rate squared.

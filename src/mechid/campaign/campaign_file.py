@@ -17,6 +17,8 @@ from mechid.campaign.record_tables import merge_tables
 from mechid.campaign.toml_file import read_toml
 from mechid.campaign.unfinished_template import refuse_empty_commands
 from mechid.errors import InputFileError
+from mechid.plant.gear_mesh import TABLE as MESHES
+from mechid.plant.mechanism import NamedLine
 from mechid.reading.whole import is_file, is_folder
 from mechid.records import Record, prepare_to_read, read_record
 
@@ -101,6 +103,25 @@ def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
     bench = read_bench(table, place, records, file.parent)
     read = [with_data(one, read_record(one.file, one.spec), bench) for one in records if one.file]
     return tuple(_with_warnings(one, bench.warnings() if k == 0 else ()) for k, one in enumerate(read))
+
+
+def load_named_lines(path: Path | str) -> tuple[NamedLine, ...]:
+    """Load the lines that the mechanism of a campaign file names, such as those of its tooth meshes.
+
+    None if the mechanism's file does not exist yet; it is read only if it states a mesh, since equations take seconds.
+
+    Raises
+    ------
+    InputFileError
+        The campaign file is missing or invalid, or the mechanism file that states a mesh is.
+    """
+    file = find_campaign_file(Path(path))
+    mechanism = read_toml(file, "campaign").get("mechanism")
+    if not isinstance(mechanism, str) or not is_file(file.parent / mechanism):
+        return ()
+    gear = read_toml(file.parent / mechanism, "mechanism").get("gear")
+    stated = isinstance(gear, Mapping) and MESHES.rpartition(".")[2] in gear
+    return load_mechanism(file.parent / mechanism).named_lines if stated else ()
 
 
 def _with_warnings(record: CampaignRecord, warnings: Iterable[str]) -> CampaignRecord:

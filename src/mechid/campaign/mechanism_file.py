@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mechid.campaign.mechanism_structure import Structure, divisors, read_structure
+from mechid.campaign.mesh_entry import with_mesh_numbers
 from mechid.campaign.parameter_entry import read_parameter
 from mechid.campaign.place import Place, describe_entry, in_unit, is_table_list
 from mechid.campaign.toml_file import read_toml
@@ -50,7 +51,7 @@ def mechanism_from_table(table: Mapping[str, Any], label: str, folder: Path = Pa
     `label` names the file in messages; `folder` is the base of the paths in the table.
     """
     place = Place(label)
-    table = without_template(table, place)
+    table = with_mesh_numbers(without_template(table, place), place)
     structure = read_structure(table, place, folder)
     entries = dict(_entries(table, structure, place))
     parameters = {

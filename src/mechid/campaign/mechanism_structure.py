@@ -152,8 +152,9 @@ def _orders(table: Mapping[str, Any], listed: Table, place: Place) -> Iterator[i
         )
     for index, entry in enumerate(entries):
         if listed.told_by == ORDER_KEY:
-            order = _order(entry, place.key(f"{name}.{index}"), listed)
-            yield None if listed.by_value else order
+            yield _order(entry, place.key(f"{name}.{index}"), listed)
+        elif not listed.told_by:
+            yield None
         else:
             at = place.key(f"{name}.{index}.{listed.told_by}")
             yield _by_period(_at(table, listed.beside), entry.get(listed.told_by), at)
@@ -168,16 +169,21 @@ def _by_period(poles: Any, period_deg: Any, place: Place) -> int | None:
     return detent_order(poles, period_deg)
 
 
-def _order(entry: Mapping[str, Any], place: Place, of: Table) -> int:
-    """Return an integer order; a missing or invalid value is reported when the parameters are read."""
+def _order(entry: Mapping[str, Any], place: Place, of: Table) -> int | None:
+    """Return an integer order, None for one that the equations take as a value.
+
+    A missing or invalid value is reported when the parameters are read.
+    """
     order = entry.get(ORDER_KEY, of.order)
     if not is_number(order):
-        return of.order
+        return None if of.by_value else of.order
+    if of.fractions and (of.by_value or order != round(order)):
+        return None
     if order != round(order):
         raise place.key(ORDER_KEY).error(f"{describe_entry(order)}; write a whole number")
     if of.entry and order > HIGHEST_ORDER:
         raise place.key(ORDER_KEY).error(f"{describe_entry(order)}; write a whole number up to {HIGHEST_ORDER}")
-    return max(1, min(int(order), HIGHEST_ORDER if of.entry else HIGHEST_FILTER))
+    return None if of.by_value else max(1, min(int(order), HIGHEST_ORDER if of.entry else HIGHEST_FILTER))
 
 
 def _at(table: Mapping[str, Any], name: str) -> Any:

@@ -7,8 +7,10 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from mechid.campaign.mechanism_structure import ASSEMBLY
+from mechid.campaign.mesh_entry import join_teeth
 from mechid.campaign.toml_file import toml_number, toml_text
 from mechid.parameter import Parameter, Status
+from mechid.plant.gear_mesh import DRIVEN, DRIVER, TEETH
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.tables import LISTS, TABLES
 from mechid.writing import creating_folder, write_atomically
@@ -116,9 +118,11 @@ def _table(
         if option.rpartition(".")[0] == table and "." in option:
             note = "" if shared else notes.get(option, "")
             yield f"{option.rpartition('.')[2]} = {toml_text(value)}" + (f"  # {note}" if note else "")
-    pairs = [
-        (_entry(q, mechanism.value(q.name)), _comment(q, "" if shared else notes.get(q.name, ""))) for q in parameters
-    ]
+    entries = {q.name.rpartition(".")[2]: _entry(q, mechanism.value(q.name)) for q in parameters}
+    comments = {q.name.rpartition(".")[2]: _comment(q, "" if shared else notes.get(q.name, "")) for q in parameters}
+    if DRIVER in entries and DRIVEN in entries:
+        entries, comments = join_teeth(entries), {**comments, TEETH: "teeth of the driving and of the driven wheel"}
+    pairs = [(entry, comments[key]) for key, entry in entries.items()]
     # Aligned comments keep the file readable as a table.
     width = max(len(entry) for entry, _ in pairs)
     yield from (f"{entry:<{width}}  # {comment}" for entry, comment in pairs)

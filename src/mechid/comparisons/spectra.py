@@ -58,12 +58,10 @@ def band_rms(record: ResidualRecord, centres: FloatArray) -> FloatArray:
 
 def _power(at: ResidualAtRate, centres: FloatArray) -> FloatArray:
     """Return the power at one rate in each third octave, (B,) (N m)^2."""
-    from mechid.analysis.residual_emission import TRACKED
-
     power = at.density * WIDTH * centres
     # Without their noise, which the density includes already.
     lines = np.maximum(at.amplitude**2 - at.sigma**2, 0.0) / 2.0
-    bands = np.rint(THIRDS_A_DECADE * np.log10(at.rate * np.array(TRACKED))).astype(np.int64)
+    bands = np.rint(THIRDS_A_DECADE * np.log10(at.rate * at.orders)).astype(np.int64)
     is_drawn = np.isfinite(lines) & (bands >= 0) & (bands < centres.size)
     np.add.at(power, bands[is_drawn], lines[is_drawn])
     return np.asarray(power, dtype=np.float64)

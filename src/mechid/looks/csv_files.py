@@ -10,13 +10,15 @@ from mechid.ink.data import Data
 from mechid.looks.figures import spectrum_groups
 from mechid.records.channel_keys import channel_keys
 
-LINE_KEYS = ("frequency_hz", "amplitude", "sigma", "ratio", "order", "mains_hz", "mains_multiple")
+LINE_KEYS = ("frequency_hz", "amplitude", "sigma", "ratio", "order", "named", "mains_hz", "mains_multiple")
 STEP_KEYS = ("order", "windows", "amplitude", "sigma", "peak_rate", "peak_amplitude")
+NAMED_KEYS = ("names", "order", "per_turn", "windows", "amplitude", "sigma")
 BAND_KEYS = ("centre_hz", "lower_hz", "upper_hz", "rms")
 RATE_KEYS = ("order", "rate", "amplitude", "sigma")
 SHEETS = {
     "lines.csv": ("lines", LINE_KEYS),
     "step_lines.csv": ("step_lines", STEP_KEYS),
+    "named_lines.csv": ("named_lines", NAMED_KEYS),
     "third_octaves.csv": ("third_octaves", BAND_KEYS),
     "amplitude_over_rate.csv": ("over_rate", RATE_KEYS),
 }
@@ -57,5 +59,5 @@ def _cell(value: Any) -> str:
         return ""
     if isinstance(value, float):
         return f"{value:.10g}"
-    text = str(value)
+    text = " or ".join(value) if isinstance(value, list) else str(value)
     return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n') else text

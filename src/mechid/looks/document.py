@@ -32,6 +32,7 @@ TAB_LETTERS = 60
 """Largest number of letters of a page's title in a browser."""
 SHARED = "Frequencies that do not follow the step rate, in several records or by several orders of one"
 ORDERS = "Orders of the step rate (1: once a full step), RMS over windows of equal travel"
+NAMED = "Lines that the mechanism file names, RMS over windows of equal travel"
 ABOUT = {
     "health": "Health",
     "noise": "Noise",
@@ -77,7 +78,7 @@ FIGURES = (
         "spectrum",
         "Spectrum",
         "Amplitude under a Hann window, over the level around it. Dots are lines: pink with their order of the step "
-        "rate, orange at multiples of the mains, grey neither. Shaded: resonances.",
+        "rate or their name in the mechanism file, orange at multiples of the mains, grey neither. Shaded: resonances.",
         "Amplitude spectrum",
     ),
     ("waterfall", "Waterfall", "", "Waterfall"),
@@ -151,6 +152,7 @@ def _channel(channel: Data) -> Section:
             Section("", about, side_by_side=True),
             *_figures(channel),
             Rows(_step_lines(channel), _with_unit(ORDERS, unit), where=IN_DOCUMENTS),
+            *([Rows(_named_lines(channel), _with_unit(NAMED, unit))] if channel["named_lines"] else []),
             _all_lines(channel),
             Section("Third octaves", (Rows(_third_octaves(channel)),), is_folded=True, where=(PAGE,)),
         ),
@@ -179,6 +181,17 @@ def _step_lines(channel: Data) -> Table:
         Column("at, full steps/s", "peak_rate"),
     )
     return Table(columns, channel["step_lines"], style=PLAIN)
+
+
+def _named_lines(channel: Data) -> Table:
+    columns = (
+        Column("line", "names", words=True),
+        Column("order", "order"),
+        Column("per rotor turn", "per_turn"),
+        Column("amplitude", "amplitude"),
+        Column("± σ", "sigma"),
+    )
+    return Table(columns, channel["named_lines"], style=PLAIN)
 
 
 def _all_lines(channel: Data) -> Section:

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from mechid.analysis.attributed_lines import AttributedLine
 from mechid.analysis.look import ChannelLook, RecordLook, Waterfall
 from mechid.analysis.order_tracking import ORDERS
 from mechid.arrays import FloatArray
@@ -87,6 +88,13 @@ def _number(order: float) -> str:
     return order_name(order).removeprefix("order ")
 
 
+def _label(seen: AttributedLine) -> str:
+    """Return the order of a line, or its name in the mechanism; empty if it has none."""
+    if seen.order is not None:
+        return _number(seen.order)
+    return seen.named[0].name if seen.named else ""
+
+
 def spectrum_groups(channel: ChannelLook) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return frequency, amplitude and surrounding level, (M,) each: the largest per group of bins, and its median."""
     spectrum = channel.spectrum
@@ -110,12 +118,13 @@ def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
         axes.plot(frequency, level, color=NOISE, linewidth=0.8, linestyle="--", label="level around")
     lines = sorted(channel.lines, key=lambda seen: -seen.line.amplitude)
     for k, seen in enumerate(lines[:MOST_MARKED]):
-        colour = series(1) if seen.mains and seen.order is None else MARK if seen.order is not None else INK
+        label = _label(seen)
+        colour = series(1) if seen.mains and not label else MARK if label else INK
         axes.plot(seen.line.frequency_hz, seen.line.amplitude, "o", color=colour, markersize=2.2)
-        if k < MOST_LABELS and seen.order is not None:
+        if k < MOST_LABELS and label:
             place = (seen.line.frequency_hz, seen.line.amplitude)
             axes.annotate(
-                _number(seen.order),
+                label,
                 place,
                 xytext=(0, 3),
                 textcoords="offset points",

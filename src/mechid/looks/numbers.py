@@ -13,7 +13,7 @@ from mechid.analysis.measured_resonances import MeasuredResonance
 from mechid.analysis.order_tracking import OrderLine
 from mechid.analysis.settings import ORDER
 from mechid.analysis.shared_resonances import SharedResonance, shared_resonances
-from mechid.analysis.step_lines import StepLine
+from mechid.analysis.step_lines import NamedStepLine, StepLine
 from mechid.analysis.survey import Survey
 from mechid.command.words import command_words
 from mechid.ink.digits import digits, plain, with_sigma
@@ -144,6 +144,7 @@ def _channel(look: ChannelLook, key: str, record: RecordLook) -> dict[str, Any]:
         "lines": [_line(one) for one in look.lines],
         "mains": [_line(one) for one in look.mains],
         "step_lines": [_step_line(one) for one in look.step_lines],
+        "named_lines": [_named_line(one) for one in look.named_lines],
         "over_rate": [_order_line(one) for one in look.over_rate],
         "third_octaves": [
             {"centre_hz": b.centre_hz, "lower_hz": b.lower_hz, "upper_hz": b.upper_hz, "rms": b.rms} for b in look.bands
@@ -176,8 +177,9 @@ def _line(seen: AttributedLine) -> dict[str, Any]:
         "order": seen.order,
         "mains_hz": mains.mains_hz if mains else None,
         "mains_multiple": mains.multiple if mains else None,
+        "named": [one.name for one in seen.named],
     }
-    words = ", or ".join(filter(None, (order_name(seen.order), mains_word(data))))
+    words = ", or ".join(filter(None, (order_name(seen.order), *data["named"], mains_word(data))))
     text = {
         "frequency_hz": plain(line.frequency_hz, 6),
         "amplitude": amplitude,
@@ -207,6 +209,29 @@ def _step_line(line: StepLine) -> dict[str, Any]:
         "sigma": line.sigma,
         "peak_rate": line.peak_rate,
         "peak_amplitude": line.peak_amplitude,
+        "text": text,
+    }
+
+
+def _named_line(line: NamedStepLine) -> dict[str, Any]:
+    amplitude, sigma = with_sigma(line.amplitude, line.sigma)
+    resolved = line.amplitude > ORDER.resolved * line.sigma
+    text = {
+        "names": " or ".join(line.names),
+        "order": plain(line.order, 6),
+        "per_turn": plain(line.per_turn, 6),
+        # An unresolved line is given as the limit below which it must lie.
+        "amplitude": amplitude if resolved else f"below {digits(ORDER.resolved * line.sigma, 2)}",
+        "sigma": sigma if resolved else "",
+    }
+    return {
+        "names": list(line.names),
+        "words": line.words,
+        "order": line.order,
+        "per_turn": line.per_turn,
+        "windows": line.windows,
+        "amplitude": line.amplitude,
+        "sigma": line.sigma,
         "text": text,
     }
 

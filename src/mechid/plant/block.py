@@ -77,6 +77,51 @@ class PolarPair:
     of_phase: bool = False
 
 
+@dataclass(frozen=True)
+class NamedOrder:
+    """A periodic cause of disturbance with a name: its periods per turn of the rotor.
+
+    Parameters
+    ----------
+    name : str
+        Name by which a mechanism file refers to the order, e.g. ``"mesh 1"``.
+    words : str
+        Plain description; ``{key}`` stands for a value.
+    cycles : Expr
+        Periods per turn of the rotor, in the file's symbols; need not be a whole number.
+    values : mapping of key to Expr
+        Values that `words` names, in the file's symbols.
+    """
+
+    name: str
+    words: str
+    cycles: sp.Expr
+    values: Mapping[str, sp.Expr] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Agreement:
+    """A condition that two quantities of a mechanism file are equal.
+
+    Parameters
+    ----------
+    name : str
+        Dotted name at which a contradiction is reported.
+    value, wanted : Expr
+        The two quantities, in the file's symbols.
+    within : float
+        Relative difference up to which they count as equal.
+    words : str
+        Message with its remedy; ``{value}``, ``{wanted}`` and ``{missing}`` = wanted / value stand for numbers.
+    """
+
+    name: str
+    value: sp.Expr
+    wanted: sp.Expr
+    within: float
+    words: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class Extension:
     """A term that a real block may have and the mechanism file may lack; at its null value it vanishes.
@@ -103,6 +148,8 @@ class Extension:
         Whether it is among the terms that are freed from zero if plain growth stalls; too many of them spoil it.
     rarer : bool
         Whether it is freed only if the usual terms do not suffice.
+    values : mapping of key to Expr
+        Further values that `words` names, in the file's symbols.
     """
 
     name: str
@@ -114,6 +161,7 @@ class Extension:
     widths: Mapping[str, sp.Expr] = field(default_factory=dict)
     grown: bool = True
     rarer: bool = False
+    values: Mapping[str, sp.Expr] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -243,6 +291,10 @@ class Block:
         Additional terms that it may have, smooth at their null values.
     series : tuple of Series
         Additional terms with other periods.
+    named_orders : tuple of NamedOrder
+        Periodic causes that its data sheet states, whether or not an equation has them.
+    agreements : tuple of Agreement
+        Conditions between its parameters.
     rivals : tuple of Rival
         Alternatives without a null value; further starts of one alternative are further entries.
     reference : str
@@ -266,5 +318,7 @@ class Block:
     scales: Mapping[str, sp.Expr] = field(default_factory=dict)
     extensions: tuple[Extension, ...] = ()
     series: tuple[Series, ...] = ()
+    named_orders: tuple[NamedOrder, ...] = ()
+    agreements: tuple[Agreement, ...] = ()
     rivals: tuple[Rival, ...] = ()
     reference: str = "Kornienko2013"

@@ -117,3 +117,17 @@ def extensions(orders: Sequence[int | None], holding: Expr) -> tuple[Extension, 
         for order in (*ORDERS, *RARER_ORDERS, *FURTHER_ORDERS)
         if order not in orders
     )
+
+
+def period_name(period_deg: float) -> str:
+    """Return a period with three digits, or as many as identify its integer number of periods per turn.
+
+    Examples
+    --------
+    >>> period_name(1.2), period_name(360.0 / 301.0), period_name(360.0 / 350.0)
+    ('1.2deg', '1.196deg', '1.03deg')
+    """
+    periods = round(360.0 / period_deg)
+    texts = (f"{period_deg:.{digits}g}" for digits in range(3, 7))
+    told = next((text for text in texts if round(360.0 / float(text)) == periods), f"{period_deg:.3g}")
+    return f"{told}deg"

@@ -1,40 +1,33 @@
-"""Gears: linear, piecewise linear as in harmonic-drive catalogues, or with backlash; kinematic error is optional."""
+"""Gear of any law, with kinematic errors, a stiffness that varies with the angle, and tooth meshes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 from sympy import Expr, Float, Integer, Symbol, diff, symbols
 
 from mechid.parameter import Declaration
-from mechid.plant.block import Block, Extension, Guard, Rival, Series, Switch
+from mechid.plant.block import Block, Extension, Rival, Series
 from mechid.plant.drive_train import PER_STEP, alpha, alpha_gear, omega, omega_gear
+from mechid.plant.gear_laws import LAWS, D, GearLaw, twist, twist_rate
+from mechid.plant.gear_mesh import HUNTING, mesh_lines, meshes, ratio_agreements
 from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 
-G, D, T_rg, T_applied = symbols("G D T_rg T_applied")
-twist, twist_rate = symbols("twist twist_rate")
-HARMONIC = "Harmonic Drive SE, Engineering Data: torsional stiffness K1, K2, K3 at T1, T2"
-NORDIN = "Nordin, Gutman, Automatica 38 (2002) 1633-1649"
-ERROR = "gear.kinematic_error"
+G, T_rg, T_applied = symbols("G T_rg T_applied")
+ERROR, STIFFNESS = "gear.kinematic_error", "gear.stiffness_variation"
+SMALLEST_ORDER = 1e-6
+"""Smallest order of a kinematic error or a stiffness variation, periods per turn of the input."""
 ERROR_ORDERS = (1, 2, 4)
 """Harmonics of the kinematic error, per turn of the input, that are tried if the file lacks them."""
 RARER_ERROR_ORDERS = (3, 5, 6, 7, 8)
 """Harmonics that are tested against a finished fit in addition."""
+OZGUVEN = "Ozguven, Houser, J. Sound Vib. 121 (1988) 383-411: varying mesh stiffness"
 TUTTLE = "Tuttle, Seering, IEEE Trans. Robotics and Automation 12 (1996) 368-374"
 
 
-@dataclass(frozen=True, kw_only=True)
-class GearLaw:
-    """Torque at the output, N m, as a function of `twist` (rad) and `twist_rate` (rad/s) at the output."""
-
-    torque: Expr
-    declarations: tuple[Declaration, ...]
-    switch: Switch | None = None
-    reference: str = "Kornienko2013"
-
-
-def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
+def gear(
+    law: str = "linear", error_orders: Sequence[int | None] = (), *, stiffness_variations: int = 0, mesh_count: int = 0
+) -> Block:
     """Gear between rotor and output.
 
     The linear gear without kinematic error is the paper's, equations (7) and (9) of [Kornienko2013]_,
@@ -46,52 +39,112 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
     with the kinematic error e(alpha) = sum E_k sin(k alpha + phi_k) at the output, k per turn of the input, after
     Tuttle and Seering (1996); T_rg follows from T_applied by virtual work. `unwound_angle` gives the start of a record.
 
+    A stiffness that varies, v(alpha) = sum V_k sin(k alpha + phi_k) over the mean, stores (1 + v) W(twist) with the
+    energy W of the law. The torques are its derivatives with respect to both angles, so that no energy is made:
+
+        T_applied = law(twist, twist') + v W',   T_rg = (1/G + e'(alpha)) T_applied + v'(alpha) W
+
     Parameters
     ----------
     law : str
         One of `LAWS`.
-    error_orders : sequence of int
-        Harmonics k of the kinematic error.
+    error_orders : sequence of int or None
+        Harmonics k of the kinematic error; None: k is a value of the kernel and need not be a whole number.
+    stiffness_variations : int
+        Number of harmonics of the stiffness, whose orders are values of the kernel.
+    mesh_count : int
+        Number of tooth meshes whose numbers of teeth are stated (`gear_mesh`); the equations do not need them.
     """
     chosen, ratio = LAWS[law](), _ratio()
-    if law == "linear" and not error_orders:
+    errors: list[ListedHarmonic] = []
+    variations = [_variation(index) for index in range(stiffness_variations)]
+    if law == "linear" and not error_orders and not variations:
         K_s = Symbol("K_s")
         # At the rotor, as in the paper: a single term instead of the twist and its rate.
         torque = K_s / G**2 * (alpha - G * alpha_gear) + D / G**2 * (omega - G * omega_gear)
         terms, out = {T_rg: torque}, G * T_rg
-        errors: list[ListedHarmonic] = []
     else:
         errors = [_error(index, order) for index, order in enumerate(error_orders)]
-        lever = Symbol("lever")
-        slope: Expr = 1 / G + sum((diff(e.over(alpha), alpha) for e in errors), Integer(0))
-        terms = {lever: slope} if errors else {}
-        # Without errors the lever is the constant 1/G and needs no term.
-        used = lever if errors else slope
-        terms |= {
-            twist: _rigid_output_angle(alpha, errors) - alpha_gear,
-            twist_rate: used * omega - omega_gear,
-            T_applied: chosen.torque,
-            T_rg: used * T_applied,
-        }
-        out = T_applied
+        terms, out = _general_terms(chosen, errors, variations), T_applied
+    listed = (*errors, *variations)
     return Block(
         name="gear",
         table="gear",
-        declarations=(ratio, *chosen.declarations, *(d for e in errors for d in e.declarations)),
-        coordinates=coordinates_of(errors),
-        polar=tuple(e.polar for e in errors),
+        declarations=(
+            ratio,
+            *chosen.declarations,
+            *(d for one in listed for d in one.declarations),
+            *(d for one in meshes(mesh_count) for d in one.declarations),
+        ),
+        coordinates=coordinates_of(listed),
+        polar=tuple(one.polar for one in listed),
         inputs=(alpha, omega, alpha_gear, omega_gear),
         terms=terms,
         outputs={"T_rg": T_rg, "T_applied": out},
         switch=chosen.switch,
-        extensions=_error_extensions(error_orders),
+        extensions=(*_error_extensions(error_orders), *_mesh_extensions(mesh_count)),
+        named_orders=mesh_lines(mesh_count),
+        agreements=ratio_agreements(mesh_count),
         series=(Series(per_step=PER_STEP, entry=_error_extension),),
         rivals=_rivals() if law == "linear" else (),
         reference=chosen.reference,
     )
 
 
-def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
+def _general_terms(
+    law: GearLaw, errors: Sequence[ListedHarmonic], variations: Sequence[ListedHarmonic]
+) -> dict[Symbol, Expr]:
+    """Return the terms of any law with kinematic errors and variations of its stiffness."""
+    lever, variation = symbols("lever v_s")
+    slope: Expr = 1 / G + sum((diff(e.over(alpha), alpha) for e in errors), Integer(0))
+    # Without errors the lever is the constant 1/G and needs no term.
+    used = lever if errors else slope
+    torque, reaction = law.torque, used * T_applied
+    terms: dict[Symbol, Expr] = {lever: slope} if errors else {}
+    if variations:
+        varied = sum((v.over(alpha) for v in variations), Integer(0))
+        terms[variation] = varied
+        torque = torque + variation * diff(law.energy, twist)
+        reaction = reaction + diff(varied, alpha) * law.energy
+    return terms | {
+        twist: _rigid_output_angle(alpha, errors) - alpha_gear,
+        twist_rate: used * omega - omega_gear,
+        T_applied: torque,
+        T_rg: reaction,
+    }
+
+
+def _mesh_extensions(count: int) -> tuple[Extension, ...]:
+    """Return the kinematic errors and the variations of the stiffness that the tooth meshes may have."""
+    errors = tuple(
+        Extension(
+            name=f"{ERROR}:{line.name}",
+            words=f"kinematic error of the gear: {line.words}, {{order:.6g}} per turn of its input",
+            table=ERROR,
+            structure={"order": line.cycles},
+            widths={"amplitude": Float(1e-4)},
+            values=line.values,
+            # Two teeth meet so rarely that few records hold a period.
+            grown=not line.name.endswith(HUNTING),
+        )
+        for line in mesh_lines(count)
+    )
+    variations = tuple(
+        Extension(
+            name=f"{STIFFNESS}:{line.name}",
+            words=f"stiffness of the gear varies with the {line.words}, {{order:.6g}} per turn of its input",
+            table=STIFFNESS,
+            structure={"order": line.cycles},
+            widths={"amplitude": Float(0.1)},
+            values=line.values,
+            grown=False,
+        )
+        for line in mesh_lines(count, teeth_only=True)
+    )
+    return (*errors, *variations)
+
+
+def _error_extensions(orders: Sequence[int | None]) -> tuple[Extension, ...]:
     """Return the harmonics of the kinematic error that may be added."""
     listed = (*ERROR_ORDERS, *RARER_ERROR_ORDERS)
     return tuple(_error_extension(order) for order in listed if order not in orders)
@@ -143,7 +196,7 @@ def _rivals() -> tuple[Rival, ...]:
     )
 
 
-def unwound_angle(start: Expr, error_orders: Sequence[int] = ()) -> Expr:
+def unwound_angle(start: Expr, error_orders: Sequence[int | None] = ()) -> Expr:
     """Return the output angle, rad, at which the twist is zero for an input angle `start`, rad.
 
     A gear at rest without load is not wound up by its own error: alpha_g = alpha/G + e(alpha).
@@ -156,126 +209,32 @@ def _rigid_output_angle(turned: Expr, errors: Sequence[ListedHarmonic]) -> Expr:
     return turned / G + sum((e.over(turned) for e in errors), Integer(0))
 
 
-def linear() -> GearLaw:
-    """K_s twist + D twist'."""
-    return GearLaw(torque=Symbol("K_s") * twist + D * twist_rate, declarations=(_stiffness(), _damping()))
-
-
-def piecewise_linear() -> GearLaw:
-    """Torque over twist of slope K1 up to torque T1, K2 up to T2, K3 above, plus D twist'.
-
-    With delta_1 = T1/K1 and delta_2 = delta_1 + (T2 - T1)/K2. Five modes; `mid` and `high` are 1 where the second
-    and third slope apply, `side` is the sign of the twist.
-    """
-    K_1, K_2, K_3, T_1, T_2, mid, high, side = symbols("K_s1 K_s2 K_s3 T_s1 T_s2 mid high side_gear")
-    bend_1 = T_1 / K_1
-    bend_2 = bend_1 + (T_2 - T_1) / K_2
-    torque = K_1 * twist + mid * (K_2 - K_1) * (twist - side * bend_1) + high * (K_3 - K_2) * (twist - side * bend_2)
-    modes: dict[str, Mapping[Symbol, float]] = {"low": {mid: 0.0, high: 0.0, side: 0.0}}
-    guards: dict[str, tuple[Guard, ...]] = {
-        "low": (Guard(margin=bend_1 - twist, target="mid_up"), Guard(margin=bend_1 + twist, target="mid_down"))
-    }
-    for name, sign in (("up", 1), ("down", -1)):
-        modes[f"mid_{name}"] = {mid: 1.0, high: 0.0, side: float(sign)}
-        modes[f"high_{name}"] = {mid: 1.0, high: 1.0, side: float(sign)}
-        guards[f"mid_{name}"] = (
-            Guard(margin=sign * twist - bend_1, target="low"),
-            Guard(margin=bend_2 - sign * twist, target=f"high_{name}"),
-        )
-        guards[f"high_{name}"] = (Guard(margin=sign * twist - bend_2, target=f"mid_{name}"),)
-    entry = tuple(
-        (sign * twist - bend, f"{zone}_{name}")
-        # The outer zone first: beyond its bend the margin of the inner zone is positive too.
-        for zone, bend in (("high", bend_2), ("mid", bend_1))
-        for name, sign in (("up", 1), ("down", -1))
-    )
-    stiffnesses = tuple(
-        Declaration(
-            key=f"stiffness_{k}",
-            symbol=f"K_s{k}",
-            unit="N m/rad",
-            meaning=f"gear stiffness at output, K{k} of the catalogue",
-            lower=0.0,
-            source=HARMONIC,
-        )
-        for k in (1, 2, 3)
-    )
-    torques = tuple(
-        Declaration(
-            key=f"torque_{k}",
-            symbol=f"T_s{k}",
-            unit="N m",
-            meaning=f"output torque up to which K{k} holds",
-            lower=0.0,
-            source=HARMONIC,
-            beyond="torque_1" if k == 2 else None,
-        )
-        for k in (1, 2)
-    )
-    return GearLaw(
-        torque=torque + D * twist_rate,
-        declarations=(*stiffnesses, *torques, _damping()),
-        switch=Switch(
-            name="gear",
-            modes=modes,
-            guards=guards,
-            entry=entry,
-            otherwise="low",
-            ideal={mid: 0.0, high: 0.0, side: 0.0},
+def _variation(index: int) -> ListedHarmonic:
+    """Return one harmonic of the stiffness, over the input's angle."""
+    return ListedHarmonic(
+        table=STIFFNESS,
+        index=index,
+        order=None,
+        least=SMALLEST_ORDER,
+        letters=("n_v", "V_", "phi_v", "v_c", "v_s"),
+        unit="1",
+        most=1.0,
+        source=OZGUVEN,
+        meanings=(
+            "periods of the stiffness per input turn",
+            "amplitude of the variation of the stiffness over its mean",
+            "phase of the variation of the stiffness",
         ),
-        reference=HARMONIC,
     )
 
 
-def backlash() -> GearLaw:
-    """K_s (twist - side b/2) + D twist' in contact, zero in the gap |twist| < b/2; Nordin and Gutman (2002).
-
-    The damper acts in contact only: at a contact with nonzero speed the torque jumps by D twist'.
-    """
-    K_s, gap, contact, side = symbols("K_s b_gap contact side_gear")
-    half = gap / 2
-    switch = Switch(
-        name="gear",
-        modes={
-            "gap": {contact: 0.0, side: 0.0},
-            "up": {contact: 1.0, side: 1.0},
-            "down": {contact: 1.0, side: -1.0},
-        },
-        guards={
-            "gap": (Guard(margin=half - twist, target="up"), Guard(margin=half + twist, target="down")),
-            "up": (Guard(margin=twist - half, target="gap"),),
-            "down": (Guard(margin=-twist - half, target="gap"),),
-        },
-        entry=((twist - half, "up"), (-twist - half, "down")),
-        otherwise="gap",
-        # Without play the flanks are always in contact.
-        ideal={contact: 1.0, side: 0.0},
-    )
-    play = Declaration(
-        "backlash", gap.name, "rad", "free travel of the output from flank to flank", lower=0.0, source=NORDIN
-    )
-    return GearLaw(
-        torque=contact * (K_s * (twist - side * half) + D * twist_rate),
-        declarations=(_stiffness(), _damping(), play),
-        switch=switch,
-        reference=NORDIN,
-    )
-
-
-LAWS: Mapping[str, Callable[[], GearLaw]] = {
-    "linear": linear,
-    "piecewise_linear": piecewise_linear,
-    "backlash": backlash,
-}
-"""Gear laws by their names in mechanism.toml; the first is the paper's."""
-
-
-def _error(index: int, order: int) -> ListedHarmonic:
+def _error(index: int, order: int | None) -> ListedHarmonic:
     """Return one harmonic of the kinematic error, over the input's angle."""
     return ListedHarmonic(
         table=ERROR,
         index=index,
         order=order,
+        least=SMALLEST_ORDER,
         letters=("k_e", "E_", "phi_e", "e_c", "e_s"),
         unit="rad",
         source=TUTTLE,
@@ -289,11 +248,3 @@ def _error(index: int, order: int) -> ListedHarmonic:
 
 def _ratio() -> Declaration:
     return Declaration("ratio", "G", "1", "transmission ratio", structural=True)
-
-
-def _stiffness() -> Declaration:
-    return Declaration("stiffness", "K_s", "N m/rad", "gear stiffness at output", lower=0.0)
-
-
-def _damping() -> Declaration:
-    return Declaration("damping", "D", "N m s/rad", "gear damping at output", lower=0.0)

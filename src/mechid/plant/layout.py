@@ -91,6 +91,10 @@ class Layout:
             raise InputFileError(f'{table}.{key}: unknown {key} "{name}"{remedy}')
         return name
 
+    def count(self, table: str) -> int:
+        """Return the number of entries of a list of tables."""
+        return len(self.orders.get(table, ()))
+
     def whole_orders(self, table: str) -> tuple[int, ...]:
         """Return the orders of a list of tables in which every entry has one."""
         return tuple(order for order in self.orders.get(table, ()) if order)

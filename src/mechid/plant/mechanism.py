@@ -15,6 +15,9 @@ from mechid.plant.plant import Plant
 from mechid.plant.start import HOLDING_TORQUE
 from mechid.plant.stepper import HOLDING
 
+FULL_STEPS_A_PERIOD = 4.0
+"""Full steps of a two-phase motor in an electrical period."""
+
 
 @dataclass(frozen=True)
 class Harmonic:
@@ -44,6 +47,27 @@ class Harmonic:
     def words(self) -> str:
         """Plain name, e.g. ``"detent"``."""
         return [part for part in self.name.split(".") if not part.isdigit()][-1].replace("_", " ")
+
+
+@dataclass(frozen=True)
+class NamedLine:
+    """A disturbance that the file states by name, such as that of a tooth mesh, whether or not an equation has it.
+
+    Attributes
+    ----------
+    name : str
+        For example ``"mesh 1"``.
+    words : str
+    per_turn : float
+        Periods per turn of the rotor.
+    order : float or None
+        Periods per full step of the motor; None without a stepper.
+    """
+
+    name: str
+    words: str
+    per_turn: float
+    order: float | None
 
 
 @dataclass(frozen=True, repr=False)
@@ -137,6 +161,20 @@ class Mechanism:
             for pair, turns in cycles
         )
 
+    @cached_property
+    def named_lines(self) -> tuple[NamedLine, ...]:
+        """Lines that the blocks name, in their order; of those of one order the first, with the words of all."""
+        found: dict[str, NamedLine] = {}
+        for one in (order for block in self.plant.blocks for order in block.named_orders):
+            cycles = float(one.cycles.subs(self.by_symbol))
+            words = one.words.format(**{k: float(e.subs(self.by_symbol)) for k, e in one.values.items()})
+            key, steps = f"{cycles:.9g}", self.electrical_periods
+            order = cycles / (FULL_STEPS_A_PERIOD * steps) if steps else None
+            there = found.get(key)
+            words = f"{there.words}, and {words}" if there else words
+            found[key] = NamedLine(there.name if there else one.name, words, cycles, order)
+        return tuple(found.values())
+
     def kernel_values(self, changed: Mapping[str, float] | None = None) -> FloatArray:
         """Return the kernel's parameters, (n,), in the plant's order and SI units.
 
@@ -183,6 +221,10 @@ class Mechanism:
             if value(whole) <= together:
                 off = f"{value(whole):.9g} is not above the modes' {together:.9g}"
                 yield whole, f"{off}; it is the inertia of the whole load, its modes included"
+        for one in (agreement for block in self.plant.blocks for agreement in block.agreements):
+            given, wanted = (float(e.subs(self.by_symbol)) for e in (one.value, one.wanted))
+            if abs(given - wanted) > one.within * wanted:
+                yield one.name, one.words.format(value=given, wanted=wanted, missing=wanted / given)
         for name, d in declared.items():
             if d.even and value(name) % 2.0:
                 yield name, f"found {value(name):.9g}; {d.key} come in pairs, write an even whole number"

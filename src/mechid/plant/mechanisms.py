@@ -26,8 +26,9 @@ from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
 from mechid.plant.friction import OUTPUT, ROTOR, Site
 from mechid.plant.friction_position import vary_with_angle
-from mechid.plant.gear import LAWS as GEAR_LAWS
-from mechid.plant.gear import gear, unwound_angle
+from mechid.plant.gear import ERROR, STIFFNESS, gear, unwound_angle
+from mechid.plant.gear_laws import LAWS as GEAR_LAWS
+from mechid.plant.gear_mesh import TABLE as MESHES
 from mechid.plant.housing import FORMS, SECOND, housing, rigid_housing
 from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
@@ -50,12 +51,11 @@ def _geared_stepper(layout: Layout) -> Parts:
     drive = layout.law("stepper", (*VOLTAGES, *CURRENTS), "drive")
     motor, driven, currents = _stepper(layout, drive)
     stand, wiring, torques = _stand(layout)
-    law = layout.law("gear", tuple(GEAR_LAWS))
     blocks = [
         *motor,
         rotor(turns=layout.turns),
         *_friction(layout, _site(drive), geared=True),
-        gear(law, layout.whole_orders("gear.kinematic_error")),
+        _gear(layout),
         *_load_blocks(layout),
         *_base(layout, {"rotor": "free", "load": "free_out" if OUTPUT.table in layout.tables else ""}),
         *stand,
@@ -90,13 +90,12 @@ def _two_mass(layout: Layout) -> Parts:
     inertia = Declaration(
         "motor.inertia", "J_rot", "kg m2", "inertia of the motor's side", lower=0.0, source="the drive"
     )
-    law = layout.law("gear", tuple(GEAR_LAWS))
     stand, wiring, torques = _stand(layout)
     blocks = [
         measured_drive((("torque", "T_mot"),), "drive", _offset("N m")),
         rotor(start=Integer(0), inertia=inertia),
         *_friction(layout, site, geared=True),
-        gear(law, layout.whole_orders("gear.kinematic_error")),
+        _gear(layout),
         *_load_blocks(layout, Integer(0)),
         *stand,
     ]
@@ -220,6 +219,16 @@ def _friction(layout: Layout, site: Site, *, geared: bool = False) -> tuple[Bloc
     return vary_with_angle(laws[layout.law("friction", tuple(laws))](site), site, layout, geared=geared)
 
 
+def _gear(layout: Layout) -> Block:
+    """Return the gear with the lists of its errors, variations and meshes."""
+    return gear(
+        layout.law("gear", tuple(GEAR_LAWS)),
+        layout.orders.get(ERROR, ()),
+        stiffness_variations=layout.count(STIFFNESS),
+        mesh_count=layout.count(MESHES),
+    )
+
+
 def _site(drive: str) -> Site:
     holding, damping = SCALES.get(drive, (None, None))
     return replace(ROTOR, holding=holding, damping=damping)
@@ -230,7 +239,7 @@ def _load_blocks(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
     rubbed, cabled, unbalanced = (name in layout.tables for name in (OUTPUT.table, cable.TABLE, unbalance.TABLE))
     _refuse_own_load(layout)
     # The load starts where the gear is not wound up, whatever its kinematic error is there.
-    at = unwound_angle(start + ANGLE, layout.whole_orders("gear.kinematic_error"))
+    at = unwound_angle(start + ANGLE, layout.orders.get(ERROR, ()))
     body = load(
         modes=len(layout.orders.get("load.mode", ())),
         rubbed=rubbed,

@@ -12,6 +12,7 @@ from sympy import Expr
 from mechid.parameter import Parameter, Status
 from mechid.plant.assembly import plant_of
 from mechid.plant.block import Extension, Rival, Series
+from mechid.plant.detent import period_name
 from mechid.plant.law import Law
 from mechid.plant.layout import Layout
 from mechid.plant.mechanism import Mechanism
@@ -246,11 +247,16 @@ def words_of(mechanism: Mechanism) -> dict[str, str]:
 
 def _extensions(mechanism: Mechanism, layout: Layout) -> Iterator[Extension]:
     """Yield the blocks' extensions, without present ones and those of unknown size (offsets of measured voltages)."""
+    seen = set[tuple[str, str]]()
     for extension in (e for block in mechanism.plant.blocks for e in block.extensions):
         sizes = (*extension.structure.values(), *extension.widths.values())
-        of_own = extension.law and extension.table in layout.own
-        is_there = TABLES[extension.table].by_value and _is_there(mechanism, layout, extension)
-        if not (of_own or is_there) and _has_known_sizes(mechanism, sizes):
+        if (extension.law and extension.table in layout.own) or not _has_known_sizes(mechanism, sizes):
+            continue
+        # Wheels on one shaft have one order, and so may a wheel and a harmonic.
+        one = extension.table, f"{_shape(mechanism, extension).get('order', 0.0):.9g}"
+        by_value = extension.order is None and "order" in extension.structure
+        if not by_value or not (one in seen or _is_there(mechanism, layout, extension)):
+            seen.add(one)
             yield extension
 
 
@@ -323,27 +329,14 @@ def _merge_terms(terms: Iterable[Term]) -> tuple[Term, ...]:
 
 def _term(mechanism: Mechanism, place: str, extension: Extension) -> Term:
     widths = {f"{place}.{key}": abs(float(e.subs(mechanism.by_symbol))) for key, e in extension.widths.items()}
-    words = extension.words.format(**_shape(mechanism, extension))
+    values = {key: float(e.subs(mechanism.by_symbol)) for key, e in extension.values.items()}
+    words = extension.words.format(**_shape(mechanism, extension), **values)
     return Term(_name(mechanism, extension), words, widths, extension.rarer)
 
 
 def _name(mechanism: Mechanism, extension: Extension) -> str:
     period = _shape(mechanism, extension).get("period_deg")
     return extension.name if period is None else f"{extension.name}:{period_name(period)}"
-
-
-def period_name(period_deg: float) -> str:
-    """Return a period with three digits, or as many as identify its integer number of periods per turn.
-
-    Examples
-    --------
-    >>> period_name(1.2), period_name(360.0 / 301.0), period_name(360.0 / 350.0)
-    ('1.2deg', '1.196deg', '1.03deg')
-    """
-    periods = round(360.0 / period_deg)
-    texts = (f"{period_deg:.{digits}g}" for digits in range(3, 7))
-    told = next((text for text in texts if round(360.0 / float(text)) == periods), f"{period_deg:.3g}")
-    return f"{told}deg"
 
 
 def _shape(mechanism: Mechanism, extension: Extension) -> dict[str, float]:

@@ -14,6 +14,8 @@ from mechid.plant import (
     friction,
     friction_position,
     gear,
+    gear_laws,
+    gear_mesh,
     housing,
     microstep_table,
     saliency,
@@ -52,6 +54,8 @@ class Table:
         Key of an integer or a period that shapes the equations and distinguishes the entries of a list.
     by_value : bool
         Whether the equations take that number as a value, so that one kernel serves any.
+    fractions : bool
+        Whether that number may be a fraction, as the order of a tooth mesh is; the equations then take it as a value.
     beside : str
         Dotted name of the count that converts `told_by` to an order, if it is a period.
     order : int
@@ -73,6 +77,7 @@ class Table:
     entry: str = ""
     told_by: str = ""
     by_value: bool = False
+    fractions: bool = False
     beside: str = ""
     order: int = 1
     bench: str = ""
@@ -109,8 +114,12 @@ _ALL = (
     _harmonic(
         friction_position.OUTPUT.table, "one harmonic of dry friction over the angle of the output", by_value=True
     ),
-    Table("gear", "gear, a spring and a damper seen from the output", choices=gear.LAWS, own=True),
-    _harmonic("gear.kinematic_error", "one harmonic of the gear's kinematic error over the input angle"),
+    Table("gear", "gear, a spring and a damper seen from the output", choices=gear_laws.LAWS, own=True),
+    _harmonic(gear.ERROR, "one harmonic of the gear's kinematic error over the input angle", fractions=True),
+    _harmonic(
+        gear.STIFFNESS, "one harmonic of the gear's stiffness over the input angle", by_value=True, fractions=True
+    ),
+    Table(gear_mesh.TABLE, "two wheels of the gear; the next mesh follows it", entry="mesh"),
     Table("load", "test mass on the output", own=True),
     Table("load.mode", "one flexible mode of the load", entry="mode"),
     Table(
