@@ -13,10 +13,12 @@ PARTS = (
     "craig_bampton",
     "formats",
     "gear_robot",
+    "harmonic_friction_map_harivin",
     "nist_strd",
     "pendulum",
     "stepper_accel",
     "stepper_encoder",
+    "stepper_slit_resolver_ecmc",
     "torque_ripple",
 )
 
