@@ -41,9 +41,11 @@ def enter(folder: Path, work: Path) -> dict[str, Any]:
 
 
 def remark_of(fit: Fit) -> str:
-    """Return grade, missing effects that the fit names, and records that it left out."""
+    """Return grade with its reasons, and missing effects that the fit names."""
+    reasons = ", ".join(dict.fromkeys(str(one.cause) for one in fit.reasons))
     missing = ", ".join(one.name for one in fit.missing)
-    return f"grade {fit.grade}" + (f"; missing: {missing}" if missing else "")
+    parts = [f"grade {fit.grade}", f"({reasons})" if reasons else "", f"missing: {missing}" if missing else ""]
+    return " ".join(part for part in parts if part)
 
 
 def _parameter(fit: Fit, name: str) -> dict[str, Any]:

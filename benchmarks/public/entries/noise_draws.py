@@ -51,7 +51,7 @@ def draws(number: str, folder: Path, count: int) -> Iterator[Draw]:
         campaign = load_campaign(Path(work))
     near = None
     for k in range(count):
-        rng = np.random.default_rng((SEED, int(number), k))
+        rng = np.random.default_rng((SEED, k))
         noisy = {
             name: measured(torque, own, noise=TABLE[number].noise, mains_Nm=sizes.get("mains_Nm", 0.0))
             for (name, torque), own in zip(clean.items(), rng.spawn(len(clean)), strict=True)
