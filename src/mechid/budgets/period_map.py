@@ -18,7 +18,7 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.settings import MOTION
-from mechid.command import RateProfile
+from mechid.command import Command, RateProfile
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.block import State
@@ -127,6 +127,16 @@ class PeriodMap:
         return self.samples / self.duration_s
 
     @cached_property
+    def command(self) -> Command:
+        """Command of the mode at this rate."""
+        return replace(self.mode.command, rate=RateProfile.constant(self.rate))
+
+    @cached_property
+    def _simulators(self) -> dict[tuple[int, int, int], Simulator]:
+        """Simulators by samples, lanes and finer: each holds its step edges, which take longer than a period's run."""
+        return {}
+
+    @cached_property
     def _may_stick(self) -> BoolArray:
         """Whether friction may hold a state at zero, (n,)."""
         switches = self.mechanism.plant.switches
@@ -227,8 +237,11 @@ class PeriodMap:
 
     def simulator(self, samples: int, lanes: int, finer: int = 1) -> Simulator:
         """Return the simulator of the steps at this rate, with a factor on the sample rate."""
-        command = replace(self.mode.command, rate=RateProfile.constant(self.rate))
-        return Simulator(self.mechanism.plant, command, TimeBase(finer * self.sample_rate_hz, samples), capacity=lanes)
+        key = samples, lanes, finer
+        if key not in self._simulators:
+            base = TimeBase(finer * self.sample_rate_hz, samples)
+            self._simulators[key] = Simulator(self.mechanism.plant, self.command, base, capacity=lanes)
+        return self._simulators[key]
 
     @property
     def lanes(self) -> int:

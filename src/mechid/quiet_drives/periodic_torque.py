@@ -19,6 +19,7 @@ from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orbit import Orbit, find_orbit
 from mechid.budgets.period_map import PeriodMap
+from mechid.command import Excitation
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
 from mechid.quiet_drives.quantity import TORQUE, Quantity
@@ -149,9 +150,13 @@ class PeriodicTorque:
         lanes = np.diag(1.0 - period.pinned_states(orbit.x))
         y, y_x, end = self._one_period(period, orbit.x, lanes)
         y_c, F_c = np.empty((y.size, len(changes))), np.empty((n, len(changes)))
+        edges = period.simulator(y.size + 1, 0).excitation
+        # The steps of a constant rate come one row after the other; only their values differ between tables.
+        rows = np.arange(1, edges.times.size + 1) % len(table)
         for k, change in enumerate(changes):
+            other = table + QUIET.change * change
             moved, _, moved_end = self._one_period(
-                self._period(table + QUIET.change * change), orbit.x, np.zeros((n, 0))
+                period, orbit.x, np.zeros((n, 0)), replace(edges, initial=other[0], values=other[rows])
             )
             y_c[:, k] = (moved - y) / QUIET.change
             F_c[:, k] = sign * (moved_end.x - end.x) / QUIET.change
@@ -161,10 +166,17 @@ class PeriodicTorque:
         x_c = size[:, None] * np.linalg.lstsq(np.eye(n) - scaled, F_c / size[:, None], rcond=1e-9)[0]
         return self._as_lines(period, y, y_c + y_x @ x_c)
 
-    def _one_period(self, period: PeriodMap, x: FloatArray, lanes: FloatArray) -> tuple[FloatArray, FloatArray, State]:
-        """Return torque (N,), its derivatives with respect to the lanes (N, k), and the final state."""
+    def _one_period(
+        self, period: PeriodMap, x: FloatArray, lanes: FloatArray, edges: Excitation | None = None
+    ) -> tuple[FloatArray, FloatArray, State]:
+        """Return torque (N,), its derivatives with respect to the lanes (N, k), and the final state.
+
+        `edges` replaces the voltages of the command.
+        """
         count, k = period.samples, lanes.shape[1]
         simulator = period.simulator(count + 1, period.lanes)
+        if edges is not None:
+            simulator = replace(simulator, known_edges=edges)
         run = simulator.run(self._p, substeps=period.substeps, directions=np.zeros((self._p.size, k)))
         run.restart(State(x, lanes))
         y, y_x = np.empty(count), np.empty((count, k))
