@@ -16,6 +16,7 @@ from mechid.campaign.diagnose_options import DIAGNOSE, read_considered
 from mechid.campaign.identify_options import read_identify_options
 from mechid.campaign.measured_input import assign_channels, with_inputs
 from mechid.campaign.mechanism_file import mechanism_warnings
+from mechid.campaign.phases_entry import with_phases
 from mechid.campaign.place import Place, flag
 from mechid.campaign.record_entry import read_records
 from mechid.campaign.record_tables import OWN, merge_tables
@@ -94,6 +95,7 @@ def build_campaign(
     bench = read_bench(table, place, records, sources.folder)
     # The mechanism is made only after the records' tables, whose errors are reported first.
     mechanism, records = assign_channels(sources.mechanism(), records, place)
+    records = with_phases(records, mechanism, place)
     records = with_clocks(records, table, place)
     places = [place.key("record").item(index) for index in range(len(records))]
     records = with_record_values(records, table["record"], places, mechanism)

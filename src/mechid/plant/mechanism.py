@@ -11,6 +11,7 @@ import sympy as sp
 
 from mechid.arrays import FloatArray
 from mechid.parameter import Declaration, Parameter, Status
+from mechid.plant.phases import FULL_STEPS
 from mechid.plant.plant import Plant
 from mechid.plant.start import HOLDING_TORQUE
 from mechid.plant.stepper import HOLDING
@@ -117,6 +118,20 @@ class Mechanism:
         by_value = dict(zip(self.plant.parameters, self.kernel_values().tolist(), strict=True))
         # An electrical radian of the start angle turns the rotor by its slope; a turn takes the reciprocal.
         return abs(1.0 / float(self.plant.start_angle_slopes[rotor].subs(by_value)))
+
+    @property
+    def phases(self) -> int:
+        """Number of phases of the stepper, 2 where there is none."""
+        return self.plant.layout.phases if self.plant.layout else 2
+
+    @property
+    def full_steps(self) -> int:
+        """Full steps of the motor in an electrical period."""
+        return FULL_STEPS[self.phases]
+
+    def per_quarter(self, per_step: float) -> float:
+        """Convert a count per full step of the motor to one per quarter of an electrical period, as blocks count."""
+        return per_step * self.full_steps / FULL_STEPS[2]
 
     def scale(self, words: str) -> float | None:
         """Return a quantity of the data sheet, as ``"holding torque"`` in N m; None if no block has it."""
