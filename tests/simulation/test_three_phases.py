@@ -145,7 +145,7 @@ def test_a_table_of_two_phases_is_refused():
             {"stepper": {"torque_harmonic": [{"order": 9, "amplitude": 0.02}]}},
             "three phases in star cancel every third",
         ),
-        ({"stepper": {"phase_shift_deg": 90.0}}, "stepper.phase_shift_deg: unknown key"),
+        ({"stepper": {"phase_shift_deg": 90.0}}, "three phases in star are 120 deg apart; leave it out"),
     ],
 )
 def test_tables_of_two_phases_are_refused(changes, message):

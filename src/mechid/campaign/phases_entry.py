@@ -8,10 +8,12 @@ from typing import Any
 
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.place import Place, describe_entry, text
-from mechid.command.entry import is_table, quote_words
+from mechid.command.entry import is_table, is_whole, quote_words
 from mechid.errors import InputFileError, UsageError
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.phases import CONNECTION, CONNECTIONS, KEY, TABLE
+from mechid.plant.phases import CONNECTION, CONNECTIONS, KEY, STAR, TABLE
+
+SHIFT = "phase_shift_deg"
 
 
 def read_phases(table: Mapping[str, Any], place: Place) -> int:
@@ -24,7 +26,7 @@ def read_phases(table: Mapping[str, Any], place: Place) -> int:
     """
     own = _stepper(table)
     phases, at = own.get(KEY, 2), place.key(f"{TABLE}.{KEY}")
-    if isinstance(phases, bool) or phases not in CONNECTIONS:
+    if not is_whole(phases, min(CONNECTIONS), max(CONNECTIONS)):
         raise at.error(f"{describe_entry(phases)}; write {', '.join(map(str, CONNECTIONS))}")
     usual = CONNECTIONS[phases]
     where = place.key(f"{TABLE}.{CONNECTION}")
@@ -36,6 +38,8 @@ def read_phases(table: Mapping[str, Any], place: Place) -> int:
         raise where.error(
             f'"{found}" is of {needed} phases, the motor has {phases}; write "{usual}", or {KEY} = {needed}'
         )
+    if phases == STAR and SHIFT in own:
+        raise place.key(f"{TABLE}.{SHIFT}").error("three phases in star are 120 deg apart; leave it out")
     return int(phases)
 
 

@@ -42,9 +42,7 @@ def check_star(phases: int, tables: Collection[str]) -> None:
         One of `tables` describes two phases at right angles.
     """
     if phases == STAR and (wrong := next((name for name in TWO_PHASES_ONLY if name in tables), None)):
-        raise InputFileError(
-            f"{wrong}: is of two phases at right angles, {TABLE}.{KEY} = {STAR}; delete the table"
-        )
+        raise InputFileError(f"{wrong}: is of two phases at right angles, {TABLE}.{KEY} = {STAR}; delete the table")
 
 
 def torque_share(phases: int) -> Expr:
