@@ -16,9 +16,6 @@ from mechid.plant.plant import Plant
 from mechid.plant.start import HOLDING_TORQUE
 from mechid.plant.stepper import HOLDING
 
-FULL_STEPS_A_PERIOD = 4.0
-"""Full steps of a two-phase motor in an electrical period."""
-
 
 @dataclass(frozen=True)
 class Harmonic:
@@ -184,7 +181,7 @@ class Mechanism:
             cycles = float(one.cycles.subs(self.by_symbol))
             words = one.words.format(**{k: float(e.subs(self.by_symbol)) for k, e in one.values.items()})
             key, steps = f"{cycles:.9g}", self.electrical_periods
-            order = cycles / (FULL_STEPS_A_PERIOD * steps) if steps else None
+            order = cycles / (self.full_steps * steps) if steps else None
             there = found.get(key)
             words = f"{there.words}, and {words}" if there else words
             found[key] = NamedLine(there.name if there else one.name, words, cycles, order)
