@@ -24,6 +24,8 @@ TWO_MASSES = {
     "gear": {"ratio": 1, "stiffness": 50.0, "damping": 0.1},
     "load": {"inertia": 1e-3},
 }
+STAR_HARMONICS = [{"order": order, "amplitude": 0.03, "phase_deg": 20.0} for order in (5, 7)]
+THREE_PHASES = {"phases": 3, "phase_shift_deg": None, "torque_harmonic": STAR_HARMONICS}
 ODD_PERIOD = {"stepper": {"detent": [{"period_deg": 2.5, "amplitude": 0.01, "phase_deg": 10.0}]}}
 """A detent whose period goes into an electrical one no whole number of times: its sine is one of its own."""
 
@@ -55,6 +57,7 @@ VARIANTS: Mapping[str, Mapping] = {
         "microstep table", "supply", "saliency", "friction position", "second mode"
     ),
     "current_limit": with_layouts("current limit"),
+    "three_phases_supply": with_layouts("supply", stepper=THREE_PHASES),
     "measuring_chain": with_layouts("test stand"),
     "current_drive_imbalance_harmonics": with_layouts(
         "torque_harmonic", "current drive", stepper={"imbalance": {"torque_constant": 0.04}}, transducer={"gain": -1.0}

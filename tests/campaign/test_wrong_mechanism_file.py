@@ -26,6 +26,18 @@ REFUSED = {  # what is replaced, by what -> the message behind "mechanism.toml: 
         "inertia = 0.010534\ncolour = 1",
         "load.colour: unknown key; the keys here are inertia",
     ),
+    "five phases": ("[stepper]", "[stepper]\nphases = 5", "stepper.phases: found 5; write 2, 3, 4"),
+    "phases in words": ("[stepper]", '[stepper]\nphases = "three"', 'stepper.phases: found "three"; write 2, 3, 4'),
+    "connection of other phases": (
+        "[stepper]",
+        '[stepper]\nphases = 3\nconnection = "unipolar"',
+        'stepper.connection: "unipolar" is of 4 phases, the motor has 3; write "star", or phases = 4',
+    ),
+    "unknown connection": (
+        "[stepper]",
+        '[stepper]\nphases = 3\nconnection = "delta"',
+        'stepper.connection: found "delta"; write one of "bipolar", "star", "unipolar"',
+    ),
     "misspelt table": ("[gear]", "[gears]", 'gears: unknown table; did you mean "gear"?'),
     "empty unknown table": ("[gear]", "[brake]\n[gear]", "brake: unknown table; the keys here are "),
     "misspelt detent": (

@@ -16,6 +16,7 @@ from mechid.campaign.diagnose_options import DIAGNOSE, read_considered
 from mechid.campaign.identify_options import read_identify_options
 from mechid.campaign.measured_input import assign_channels, with_inputs
 from mechid.campaign.mechanism_file import mechanism_warnings
+from mechid.campaign.phases_entry import with_phases
 from mechid.campaign.place import Place, flag
 from mechid.campaign.record_entry import read_records
 from mechid.campaign.record_tables import OWN, merge_tables
@@ -94,13 +95,12 @@ def build_campaign(
     bench = read_bench(table, place, records, sources.folder)
     # The mechanism is made only after the records' tables, whose errors are reported first.
     mechanism, records = assign_channels(sources.mechanism(), records, place)
-    records = with_clocks(records, table, place)
+    records = with_clocks(with_phases(records, mechanism, place), table, place)
     places = [place.key("record").item(index) for index in range(len(records))]
     records = with_record_values(records, table["record"], places, mechanism)
-    # Before the samples are read, so that errors in the tables are reported at once.
+    # Before the samples are read, which takes longest, so that errors in the tables are reported at once.
     records = with_starts(records, table["record"], places, mechanism)
     if sources.read_records:
-        # Checked before the samples are read, which takes longest.
         read_stages(table, place, mechanism, records)
     read = _with_data(records, mechanism, bench, sources)
     # The stretches need initial states of their own, so these are added again after the cut.

@@ -11,6 +11,7 @@ from typing import Any
 
 import sympy as sp
 
+from mechid.campaign.phases_entry import phase_options, read_phases
 from mechid.campaign.place import Place, describe_entry, is_table_list, text
 from mechid.campaign.user_block import read_own_block
 from mechid.command.entry import is_number, is_table
@@ -93,12 +94,14 @@ def read_structure(table: Mapping[str, Any], place: Place, folder: Path) -> Stru
         orders={name: found for name, found in orders.items() if found},
         tables=tables,
         own={name: block for name, (block, _) in own.items()},
+        phases=read_phases(table, place),
     )
     options = {ASSEMBLY: layout.assembly}
     options |= {f"{name}.{TABLES[name].option}": law for name, law in laws.items()}
     options |= {f"{name}.{OWN_KEY}": where for name, (_, where) in own.items()}
     with _in_file(place):
-        return Structure(plant_of(layout), options, layout)
+        plant = plant_of(layout)
+    return Structure(plant, {**options, **phase_options(table, plant.declarations)}, layout)
 
 
 @lru_cache(maxsize=32)

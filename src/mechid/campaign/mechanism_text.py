@@ -117,7 +117,8 @@ def _table(
     for option, value in mechanism.options.items():
         if option.rpartition(".")[0] == table and "." in option:
             note = "" if shared else notes.get(option, "")
-            yield f"{option.rpartition('.')[2]} = {toml_text(value)}" + (f"  # {note}" if note else "")
+            written = value if value.isdigit() else toml_text(value)
+            yield f"{option.rpartition('.')[2]} = {written}" + (f"  # {note}" if note else "")
     entries = {q.name.rpartition(".")[2]: _entry(q, mechanism.value(q.name)) for q in parameters}
     comments = {q.name.rpartition(".")[2]: _comment(q, "" if shared else notes.get(q.name, "")) for q in parameters}
     if DRIVER in entries and DRIVEN in entries:

@@ -23,7 +23,10 @@ TOO_DENSE = "check the rate, and whether the time is in ms or the sample rate in
 # A choice, not measured.
 MEAN_SHARE = 0.5
 """Ratio of mean to RMS above which an input drives the mean of outputs."""
-WITH_MEAN = ("current", "current_phase_a", "current_phase_b", "rotor_rate", "output_rate", "velocity")
+WITH_MEAN = (
+    *("current", "current_phase_a", "current_phase_b", "current_phase_c"),
+    *("rotor_rate", "output_rate", "velocity"),
+)
 """Outputs whose mean follows from the mean of the input; that of an angle depends on the zero of its encoder."""
 # A record as long as its command ends one sample interval before the command.
 SLACK_SAMPLES = 1.5

@@ -86,7 +86,7 @@ def _with_start(record: CampaignRecord, entry: Any, mechanism: Mechanism, place:
     keys = {name.removeprefix(f"{START}."): name for name in declared}
     given = entry or {}
     refuse_unknown_keys(given, tuple(keys), place)
-    full_step = 0.5 * math.pi / (mechanism.electrical_periods or math.inf)
+    full_step = 2.0 * math.pi / mechanism.full_steps / (mechanism.electrical_periods or math.inf)
     own = []
     for key, name in keys.items():
         full = record_parameter_name(record.name, name)

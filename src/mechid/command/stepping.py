@@ -27,7 +27,7 @@ from mechid.command.excitation import Excitation, most_within
 from mechid.command.phase_table import PhaseTable, checked_table, first_row, symmetry_deg, table_of, table_voltages
 from mechid.command.rate import RateProfile
 from mechid.command.rate_entry import RATE_KEYS, rate_of
-from mechid.command.waveform import WAVEFORMS, Waveform, phase_voltages
+from mechid.command.waveform import WAVEFORMS, Waveform, phase_voltages, steps_per_period
 from mechid.errors import InputFileError, UsageError
 
 Stepping: TypeAlias = Literal["full", "half", "micro"]
@@ -42,7 +42,7 @@ KEYS = ("stepping", "microsteps", *RATE_KEYS, "start_angle_deg", "waveform", "ta
 
 @dataclass(frozen=True, kw_only=True)
 class Command:
-    """Open-loop voltage stepping of a two-phase stepper ([Kornienko2013]_, VST).
+    """Open-loop voltage stepping of a stepper ([Kornienko2013]_, VST).
 
     Parameters
     ----------
@@ -66,6 +66,9 @@ class Command:
         after its instant, and of several steps due at one tick the last one holds. 0 for steps at their own instants.
     begun_s : float
         Command time at which a run begins; earlier times are not simulated.
+    phases : {2, 3, 4}
+        Number of phases of the motor, as its mechanism file states it: a full step is 90 deg electrical, with three
+        phases 60 deg.
 
     Raises
     ------
@@ -88,6 +91,7 @@ class Command:
     start: Start = "commanded"
     clock_tick_s: float = 0.0
     begun_s: float = 0.0
+    phases: int = 2
 
     def __post_init__(self) -> None:
         choose_option("stepping", self.stepping, STEPPINGS)
@@ -103,6 +107,8 @@ class Command:
         """Refuse a table beside another waveform, another stepping, or a start between two of its rows."""
         if not self.table:
             return
+        if self.phases == 3:
+            raise UsageError("table: it has the values of two phases, the motor has 3; leave it out")
         _refuse_table(self.stepping)
         if self.waveform != "cosine":
             raise UsageError(f'table: found beside waveform = "{self.waveform}"; keep one of them')
@@ -169,18 +175,29 @@ class Command:
 
     @property
     def symmetry_deg(self) -> float:
-        """Electrical angle by which the start may turn along the waveform, 90 deg, or less symmetric along a table."""
-        return symmetry_deg(self.table) if self.table else 90.0
+        """Electrical angle by which the start may turn along the waveform, a full step, or more along a table."""
+        return symmetry_deg(self.table) if self.table else self.full_step_deg
+
+    @property
+    def full_steps(self) -> int:
+        """Full steps in an electrical period."""
+        return steps_per_period(self.phases)
+
+    @property
+    def full_step_deg(self) -> float:
+        """Electrical angle of a full step: 90 deg, or 60 deg with three phases."""
+        return 360.0 / self.full_steps
 
     @property
     def mirrored_steps(self) -> int:
-        """Full steps after which the voltages have the opposite sign, 2; 4 if a table lacks this symmetry."""
-        return 4 if self.symmetry_deg > 180.0 else 2
+        """Full steps after which the voltages change sign: half a period, or a whole one if a table lacks this."""
+        return self.full_steps if self.symmetry_deg > 180.0 else self.full_steps // 2
 
     @property
     def start_angle_rad(self) -> float:
         """Electrical angle in rad commanded at the start of a run: theta_0 plus the steps until then."""
-        return math.radians(self.start_angle_deg) + 0.5 * math.pi * self._first_index / self.microsteps
+        step = math.radians(self.full_step_deg)
+        return math.radians(self.start_angle_deg) + step * self._first_index / self.microsteps
 
     @property
     def start_rate(self) -> float:
@@ -195,6 +212,10 @@ class Command:
     def begin_at(self, begun_s: float) -> Command:
         """Return the command for a run that begins at a command time, which is clipped to 0 from below."""
         return replace(self, begun_s=max(begun_s, 0.0))
+
+    def for_phases(self, phases: int) -> Command:
+        """Return the command for a motor with a number of phases; `UsageError` if it cannot have it."""
+        return self if phases == self.phases else replace(self, phases=phases)
 
     @cached_property
     def _first_index(self) -> int:
@@ -226,7 +247,7 @@ class Command:
         """Return e_A and e_B of step indices, (E, 2)."""
         if self.table:
             return table_voltages(self.table, index, self.start_angle_deg, self.microsteps)
-        return phase_voltages(index, self.microsteps, self.start_angle_deg, self.waveform)
+        return phase_voltages(index, self.microsteps, self.start_angle_deg, self.waveform, self.phases)
 
     def max_edges_per_sample(self, h: float, duration_s: float) -> int:
         """Return the largest number of edges in any interval of one sample.

@@ -48,7 +48,8 @@ class CandidateChoice:
 def candidates(choice: CandidateChoice, mechanism: Mechanism, like: PlannedRecord) -> tuple[PlannedRecord, ...]:
     """Return every combination of a choice, with the sampling and noise of the record `like`."""
     rates = choice.rates or usual_rates(mechanism)
-    return tuple(replace(like, name=name, command=c, duration_s=s) for name, c, s in _combinations(choice, rates))
+    every = _combinations(choice, rates, mechanism.phases)
+    return tuple(replace(like, name=name, command=c, duration_s=s) for name, c, s in every)
 
 
 def usual_rates(mechanism: Mechanism) -> tuple[float, ...]:
@@ -60,11 +61,12 @@ def usual_rates(mechanism: Mechanism) -> tuple[float, ...]:
     return tuple(float(f"{rate:.2g}") for rate in np.geomspace(DESIGN.lowest_share * highest, highest, DESIGN.rates))
 
 
-def _combinations(choice: CandidateChoice, rates: Sequence[float]) -> Iterator[tuple[str, Command, float]]:
+def _combinations(choice: CandidateChoice, rates: Sequence[float], phases: int) -> Iterator[tuple[str, Command, float]]:
     for stepping in choice.steppings:
         n = FIXED_MICROSTEPS.get(stepping, choice.microsteps)
         for angle in choice.start_angles_deg:
-            command = Command(stepping=stepping, microsteps=n, rate=RateProfile.constant(0.0), start_angle_deg=angle)
+            still = RateProfile.constant(0.0)
+            command = Command(stepping=stepping, microsteps=n, rate=still, start_angle_deg=angle, phases=phases)
             turned = f"_{_text(angle)}deg" if len(choice.start_angles_deg) > 1 else ""
             for rate in rates:
                 driven = replace(command, rate=RateProfile.constant(rate))

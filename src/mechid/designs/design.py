@@ -298,9 +298,9 @@ class _DesignBuilder:
 
     def _commands(self) -> list[Command]:
         """Return one command of each stepping, to be driven at other rates."""
-        n = self.options.candidates.microsteps
+        n, phases = self.options.candidates.microsteps, self.mechanisms[0].phases
         return [
-            Command(stepping=s, microsteps=FIXED_MICROSTEPS.get(s, n), rate=RateProfile.constant(0.0))
+            Command(stepping=s, microsteps=FIXED_MICROSTEPS.get(s, n), rate=RateProfile.constant(0.0), phases=phases)
             for s in STEPPINGS
         ]
 

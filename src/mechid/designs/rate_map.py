@@ -16,7 +16,7 @@ from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, RateProfile
 from mechid.designs.settings import RATE
 from mechid.plant.mechanism import Mechanism
-from mechid.simulation.repetition import ELECTRICAL, repetition
+from mechid.simulation.repetition import repetition
 from mechid.simulation.simulator import Simulator, TimeBase
 
 
@@ -97,20 +97,21 @@ def rate_map(mechanism: Mechanism, others: Sequence[Mechanism], command: Command
         Its rate is replaced by the sweep.
     highest : float
     """
-    sweep = _sweep(highest, max(repetition(mechanism, voltages=command.mirrored_steps).steps, ELECTRICAL))
+    steps = repetition(mechanism, voltages=command.mirrored_steps).steps
+    sweep = _sweep(highest, max(steps, command.full_steps), command.full_steps)
     simulator = Simulator(mechanism.plant, replace(command, rate=sweep.profile), sweep.base)
     own = _amplitudes(simulator, sweep, mechanism)
     each = np.array([own, *(_amplitudes(simulator, sweep, other) for other in others)])
     return RateMap(command.stepping, 0.5 * (sweep.edges[1:] + sweep.edges[:-1]), own, _spread(each), len(each))
 
 
-def _sweep(highest: float, steps: int) -> _Sweep:
+def _sweep(highest: float, steps: int, electrical: int) -> _Sweep:
     """Return a sweep whose bins each hold a number of full steps, if `RATE.longest_s` is long enough."""
     bins = min(max(round(highest / RATE.narrowest), RATE.least_bins), RATE.bins)
     edges = np.linspace(0.0, highest, bins + 1)
     middle = 0.5 * (edges[1:] + edges[:-1])
     # An electrical period is always held; a longer repetition is cut off at the longest dwell.
-    each_s = np.maximum(np.minimum(steps / middle, RATE.longest_s), np.maximum(ELECTRICAL / middle, RATE.shortest_s))
+    each_s = np.maximum(np.minimum(steps / middle, RATE.longest_s), np.maximum(electrical / middle, RATE.shortest_s))
     return _Sweep(edges, RATE.settled_s + np.concatenate([[0.0], np.cumsum(each_s)]))
 
 

@@ -78,7 +78,8 @@ def drive(mechanism: Mechanism, command: Command, seconds: float, *, torque: boo
     resting = round(RATE.at_rest_share * RATE.hold_s * RATE.sample_rate_hz)
     angle = (mechanism.electrical_periods or 1.0) * float(np.mean(trajectory.values["rotor_angle"][-resting:]))
     _, index = step_edges(held.rate, held.steps_per_full_step, seconds + RATE.hold_s)
-    wanted = held.start_angle_rad + (index[-1] if index.size else 0) * 0.5 * math.pi / held.steps_per_full_step
+    step = math.radians(held.full_step_deg)
+    wanted = held.start_angle_rad + (index[-1] if index.size else 0) * step / held.steps_per_full_step
     during = trajectory.values["torque"][: round(seconds * RATE.sample_rate_hz) + 1] if torque else np.zeros(1)
     return DriveResult(round((angle - wanted) / (2.0 * math.pi)), float(np.max(np.abs(during))))
 

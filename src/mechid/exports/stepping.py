@@ -32,7 +32,6 @@ SLOWEST, FASTEST = 0.02, 1e5
 """Limits of rates in full steps/s: slower periods take minutes to simulate, and no stepper follows faster rates."""
 SLOWEST_ASKED = 0.5
 """Lowest rate of a further range: at half a step a second a period lasts four seconds."""
-FULL_STEP_DEG = 90.0
 NEAR = 1e-9
 
 
@@ -137,7 +136,7 @@ def _range(trial: Trial) -> tuple[float, float]:
 def _key(command: Command) -> tuple[object, ...]:
     """Return a key of the stepping mode; start angles that differ by whole steps are equivalent."""
     # Start angles that differ by whole steps give the same motion; along a table, those by its symmetry.
-    step_deg = command.symmetry_deg if command.table else FULL_STEP_DEG / command.steps_per_full_step
+    step_deg = command.symmetry_deg if command.table else command.full_step_deg / command.steps_per_full_step
     angle = round(command.start_angle_deg % step_deg / step_deg, 9) % 1.0
     return command.stepping, command.microsteps, command.waveform, command.table, command.clock_tick_s, angle
 

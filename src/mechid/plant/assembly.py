@@ -39,7 +39,7 @@ def plant_of(layout: Layout) -> Plant:
         return _assemble(layout)
     # Own blocks are values of the user that need not be hashable: only layouts without them are cached.
     key = (tuple(sorted(layout.laws.items())), tuple(sorted(layout.orders.items())), tuple(sorted(layout.tables)))
-    return _cached_plant(layout.assembly, *key, layout.flying, layout.ports)
+    return _cached_plant(layout.assembly, *key, layout.flying, layout.ports, layout.phases)
 
 
 @lru_cache(maxsize=64)
@@ -50,6 +50,7 @@ def _cached_plant(
     tables: tuple[str, ...],
     flying: Flying | None,
     ports: frozenset[Port],
+    phases: int,
 ) -> Plant:
     return _assemble(
         Layout(
@@ -59,6 +60,7 @@ def _cached_plant(
             tables=frozenset(tables),
             flying=flying,
             ports=ports,
+            phases=phases,
         )
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 from sympy import Expr, Integer, Symbol, symbols
@@ -13,12 +14,13 @@ from mechid.plant import microstep_table
 from mechid.plant.block import Block
 from mechid.plant.harmonic import coordinates_of
 from mechid.plant.microstep_table import WAVEFORMS
+from mechid.plant.phases import STAR, axes_of_two
 
 RAMP = "_slope"
 """Suffix of the second input of a measured channel: the first is its value at a sample, this its slope to the next."""
 
 
-def voltage_drive(table_orders: Sequence[int] = ()) -> Block:
+def voltage_drive(table_orders: Sequence[int] = (), phases: int = 2) -> Block:
     """Ideal voltage source without current control: u_A = U e_A, u_B = U e_B.
 
     The normalised waveforms e_A = -cos(theta_k), e_B = sin(theta_k) come from the command and are
@@ -29,6 +31,8 @@ def voltage_drive(table_orders: Sequence[int] = ()) -> Block:
     ----------
     table_orders : sequence of int
         Harmonics of that error.
+    phases : {2, 3, 4}
+        Number of phases; A and B are the axes of three in star (`phases`), whose waveforms the command transforms.
     """
     U, u_A, u_B = symbols("U u_A u_B")
     errors, (given_A, given_B) = microstep_table.harmonics(table_orders), microstep_table.driver_waveforms(table_orders)
@@ -57,12 +61,12 @@ def voltage_drive(table_orders: Sequence[int] = ()) -> Block:
     )
 
 
-def current_drive(table_orders: Sequence[int] = ()) -> Block:
+def current_drive(table_orders: Sequence[int] = (), phases: int = 2) -> Block:
     """Ideal current source, i.e. a chopper drive without its ripple: i_A = I e_A, i_B = I e_B.
 
     The waveforms are those of `voltage_drive`; i in A. A chopper switches about 10^4 times a second around its
     set point, far faster than a mechanism responds, so neither the ripple nor the rise of the current is modelled.
-    `table_orders` is as for `voltage_drive`.
+    `table_orders` and `phases` are as for `voltage_drive`.
     """
     current, i_A, i_B = symbols("I_peak i_A i_B")
     errors, (given_A, given_B) = microstep_table.harmonics(table_orders), microstep_table.driver_waveforms(table_orders)
@@ -133,17 +137,24 @@ def measured_quantities(inputs: Sequence[Symbol]) -> tuple[str, ...]:
 def _measured_phases(quantity: str, letter: str) -> Drive:
     """Return the drive for two measured phases, which admits no microstep table."""
 
-    def drive(table_orders: Sequence[int] = ()) -> Block:
+    def drive(table_orders: Sequence[int] = (), phases: int = 2) -> Block:
         if table_orders:
             raise InputFileError(
                 f"{microstep_table.TABLE}: measured channels drive the phases, the driver's table in them; delete it"
             )
-        return measured_drive([(f"{quantity}_phase_{x}", f"{letter}_{x.upper()}") for x in "ab"], "stepper")
+        block = measured_drive([(f"{quantity}_phase_{x}", f"{letter}_{x.upper()}") for x in "ab"], "stepper")
+        return _on_axes(block, letter) if phases == STAR else block
 
     return drive
 
 
-Drive: TypeAlias = Callable[[Sequence[int]], Block]
+def _on_axes(block: Block, letter: str) -> Block:
+    """Return a drive whose outputs are the axes of a star, from the measured values of its phases A and B."""
+    first, second = (Symbol(f"{letter}_{x}") for x in "AB")
+    return replace(block, outputs={f"{letter}_{x}": e for x, e in axes_of_two(first, second).items()})
+
+
+Drive: TypeAlias = Callable[[Sequence[int], int], Block]
 VOLTAGES: Mapping[str, Drive] = {"voltage": voltage_drive, "measured_voltage": _measured_phases("voltage", "u")}
 CURRENTS: Mapping[str, Drive] = {"current": current_drive, "measured_current": _measured_phases("current", "i")}
 """Drives of a stepper by their names in mechanism.toml: voltage drives and current drives."""

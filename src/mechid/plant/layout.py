@@ -62,6 +62,8 @@ class Layout:
         Flight configuration; None on the bench.
     ports : frozenset of Port
         Ports at which external inputs act.
+    phases : {2, 3, 4}
+        Number of phases of the stepper.
     """
 
     assembly: str = STEPPER_GEAR_MASS
@@ -71,6 +73,7 @@ class Layout:
     own: Mapping[str, Block] = field(default_factory=dict)
     flying: Flying | None = None
     ports: frozenset[Port] = frozenset()
+    phases: int = 2
 
     @property
     def turns(self) -> bool:

@@ -11,12 +11,10 @@ import sympy as sp
 
 from mechid.arrays import FloatArray
 from mechid.parameter import Declaration, Parameter, Status
+from mechid.plant.phases import FULL_STEPS
 from mechid.plant.plant import Plant
 from mechid.plant.start import HOLDING_TORQUE
 from mechid.plant.stepper import HOLDING
-
-FULL_STEPS_A_PERIOD = 4.0
-"""Full steps of a two-phase motor in an electrical period."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +116,20 @@ class Mechanism:
         # An electrical radian of the start angle turns the rotor by its slope; a turn takes the reciprocal.
         return abs(1.0 / float(self.plant.start_angle_slopes[rotor].subs(by_value)))
 
+    @property
+    def phases(self) -> int:
+        """Number of phases of the stepper, 2 where there is none."""
+        return self.plant.layout.phases if self.plant.layout else 2
+
+    @property
+    def full_steps(self) -> int:
+        """Full steps of the motor in an electrical period."""
+        return FULL_STEPS[self.phases]
+
+    def per_quarter(self, per_step: float) -> float:
+        """Convert a count per full step of the motor to one per quarter of an electrical period, as blocks count."""
+        return per_step * self.full_steps / FULL_STEPS[2]
+
     def scale(self, words: str) -> float | None:
         """Return a quantity of the data sheet, as ``"holding torque"`` in N m; None if no block has it."""
         for block in self.plant.blocks:
@@ -169,7 +181,7 @@ class Mechanism:
             cycles = float(one.cycles.subs(self.by_symbol))
             words = one.words.format(**{k: float(e.subs(self.by_symbol)) for k, e in one.values.items()})
             key, steps = f"{cycles:.9g}", self.electrical_periods
-            order = cycles / (FULL_STEPS_A_PERIOD * steps) if steps else None
+            order = cycles / (self.full_steps * steps) if steps else None
             there = found.get(key)
             words = f"{there.words}, and {words}" if there else words
             found[key] = NamedLine(there.name if there else one.name, words, cycles, order)

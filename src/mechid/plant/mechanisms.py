@@ -33,9 +33,10 @@ from mechid.plant.housing import FORMS, SECOND, housing, rigid_housing
 from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
 from mechid.plant.moving_base import Bodies, base_on_modes, driven_base
+from mechid.plant.phases import STAR, check_star, scales_of
 from mechid.plant.ports import Port, add_phase_ports
 from mechid.plant.start import ANGLE
-from mechid.plant.stepper import PHASES, SCALES, current_fed, motor_torque, windings
+from mechid.plant.stepper import PHASES, current_fed, motor_torque, windings
 
 Parts = tuple[list[Block], dict[str, str], dict[str, str]]
 """Blocks, explicit wiring where names do not decide it, and quantities that can be measured."""
@@ -54,7 +55,7 @@ def _geared_stepper(layout: Layout) -> Parts:
     blocks = [
         *motor,
         rotor(turns=layout.turns),
-        *_friction(layout, _site(drive), geared=True),
+        *_friction(layout, _site(layout, drive), geared=True),
         _gear(layout),
         *_load_blocks(layout),
         *_base(layout, {"rotor": "free", "load": "free_out" if OUTPUT.table in layout.tables else ""}),
@@ -77,7 +78,7 @@ def _ungeared_stepper(layout: Layout) -> Parts:
             turns=layout.turns,
             pushed=Port.OUTPUT in layout.ports,
         ),
-        *_friction(layout, _site(drive)),
+        *_friction(layout, _site(layout, drive)),
         *_base(layout, {"rotor": "free"}),
         *stand,
     ]
@@ -177,16 +178,19 @@ ASSEMBLIES: Mapping[str, Callable[[Layout], Parts]] = {
 
 def _stepper(layout: Layout, drive: str) -> Parts:
     """Return drive, windings, detents and their sum, their wiring, and the quantities of the phases."""
-    orders, holding = layout.orders.get("stepper.detent", ()), SCALES.get(drive, (None, None))[0]
+    orders, holding = layout.orders.get("stepper.detent", ()), scales_of(drive, layout.phases)[0]
     phases, wiring, where = _phases(layout, drive)
     detents = [detent(k, order, holding) for k, order in enumerate(orders)]
     currents = {f"current_phase_{x.lower()}": f"{where[x]}.i_{x}" for x in PHASES}
+    if layout.phases == STAR:
+        currents = {f"current_phase_{x}": f"windings.i_phase_{x}" for x in "abc"}
     return [*phases, *detents, motor_torque(orders, holding)], wiring, currents
 
 
 def _phases(layout: Layout, drive: str) -> Parts:
     """Return drive and windings, their wiring, and the block that carries the current of each phase."""
     harmonics, apart = layout.whole_orders("stepper.torque_harmonic"), "stepper.imbalance" in layout.tables
+    check_star(layout.phases, (*layout.tables, *layout.orders))
     table_orders, sagging = layout.whole_orders(microstep_table.TABLE), supply.TABLE in layout.tables
     limited, salient = current_limit.TABLE in layout.tables, saliency.TABLE in layout.tables
     if salient and drive not in VOLTAGES:
@@ -197,11 +201,22 @@ def _phases(layout: Layout, drive: str) -> Parts:
         raise InputFileError(f'{current_limit.TABLE}: belongs to drive = "current", found "{drive}"; delete the table')
     if drive in VOLTAGES:
         coils = windings(
-            harmonics=harmonics, apart=apart, salient=salient, sagging=sagging, commanded=drive == "voltage"
+            harmonics=harmonics,
+            apart=apart,
+            salient=salient,
+            sagging=sagging,
+            commanded=drive == "voltage",
+            phases=layout.phases,
         )
-        return [_with_ports(VOLTAGES[drive](table_orders), layout), coils], {}, dict.fromkeys(PHASES, "windings")
-    coils = current_fed(harmonics=harmonics, apart=apart, limited=limited, commanded=drive == "current")
-    blocks = [_with_ports(CURRENTS[drive](table_orders), layout), coils]
+        return (
+            [_with_ports(VOLTAGES[drive](table_orders, layout.phases), layout), coils],
+            {},
+            dict.fromkeys(PHASES, "windings"),
+        )
+    coils = current_fed(
+        harmonics=harmonics, apart=apart, limited=limited, commanded=drive == "current", phases=layout.phases
+    )
+    blocks = [_with_ports(CURRENTS[drive](table_orders, layout.phases), layout), coils]
     if not limited:
         return blocks, {}, dict.fromkeys(PHASES, "drive")
     wiring = {f"loop_{x}.i_ref_{x}": f"drive.i_{x}" for x in PHASES}
@@ -229,8 +244,8 @@ def _gear(layout: Layout) -> Block:
     )
 
 
-def _site(drive: str) -> Site:
-    holding, damping = SCALES.get(drive, (None, None))
+def _site(layout: Layout, drive: str) -> Site:
+    holding, damping = scales_of(drive, layout.phases)
     return replace(ROTOR, holding=holding, damping=damping)
 
 

@@ -1,4 +1,4 @@
-"""Two-phase stepper motor (E2P): windings, detent torque, and their sum."""
+"""Stepper motor (E2P): windings, detent torque, and their sum."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from mechid.parameter import Declaration, Role
 from mechid.plant import current_limit, detent, saliency, supply
 from mechid.plant.block import Block, Extension
 from mechid.plant.harmonic import ListedHarmonic, coordinates_of
+from mechid.plant.phases import HARMONIC, STAR, harmonic_of_axis, phase_currents, torque_share
 from mechid.plant.saliency import Inductance
 from mechid.plant.start import start as own_start
 
@@ -22,16 +23,12 @@ PHASES = {"A": 1, "B": -1}
 """Phases, and the sign with which an imbalance enters each."""
 ANGLES = {"A": p / 2 * alpha, "B": p / 2 * alpha + shift_B}
 """Electrical angle of each phase."""
-HARMONIC = "stepper.torque_harmonic"
+AXES = {"A": p / 2 * alpha, "B": p / 2 * alpha + pi / 2}
+"""Electrical angle of each axis of three phases in star."""
 HARMONIC_ORDERS: Mapping[int, str] = {3: "3rd", 5: "5th", 7: "7th", 9: "9th", 2: "2nd", 4: "4th"}
 """Harmonics of the torque constant that are tried; even ones arise from rotor halves that differ."""
 USUAL_HARMONICS = (3, 5)
 """Harmonics that growth frees first."""
-SCALES: Mapping[str, tuple[str | None, str | None]] = {
-    "voltage": ("k_m*U/R", "k_m*k_v/R"),
-    "current": ("k_m*I_peak", None),
-}
-"""Holding torque and electrical damping of a motor in the file's symbols, by drive."""
 
 
 def windings(
@@ -41,6 +38,7 @@ def windings(
     salient: bool = False,
     sagging: bool = False,
     commanded: bool = True,
+    phases: int = 2,
 ) -> Block:
     """Two windings: L di/dt = u - R i - k_v omega sin(p/2 alpha + shift), T = k_m i sin(p/2 alpha + shift).
 
@@ -61,11 +59,15 @@ def windings(
         Whether the source behind the drive has a resistance (`supply`).
     commanded : bool
         Whether the voltages come from a command, not from a measurement.
+    phases : {2, 3, 4}
+        Number of phases. Three in star are represented by two axes (`phases`), to which currents and voltages belong
+        then; of four, one of the two on a pole conducts at a time, with the sign of its half of the winding.
     """
+    angles = AXES if phases == STAR else ANGLES
     i = {x: Symbol(f"i_{x}") for x in PHASES}
     u = {x: Symbol(f"u_{x}_in") for x in PHASES}
-    extra, shape, share = _harmonics(harmonics), _shapes(harmonics), _shares(apart)
-    coil = {x: Inductance.over(ANGLES[x], L * share["L"][x], salient=salient) for x in PHASES}
+    extra, shape, share = _harmonics(harmonics), _shapes(harmonics, phases), _shares(apart)
+    coil = {x: Inductance.over(angles[x], L * share["L"][x], salient=salient) for x in PHASES}
     offset = {x: Symbol(f"u_0{x}") if apart else Integer(0) for x in PHASES}
     fed = {x: u[x] - supply.SAG * supply.DUTIES[x] if sagging else u[x] for x in PHASES}
     emf = {x: omega * (k_v * share["k"][x] * shape[x] + coil[x].slope * i[x]) for x in PHASES}
@@ -74,26 +76,23 @@ def windings(
     # A record begins after the coils' currents have settled at the first voltages, at rest without back-EMF.
     settled = {x: (u[x] + offset[x]) / resistances[x] for x in PHASES}
     if sagging:
-        settled = supply.settled_currents(settled, resistances)
+        settled = supply.settled_currents(settled, resistances, torque_share(phases))
     unequal = _imbalance(("resistance", "r_R"), ("inductance", "r_L"), unit="V") if apart else ()
     own = {x: Symbol(f"i_{x}_start") for x in PHASES}
     return Block(
         name="windings",
         table="stepper",
         declarations=(
-            *_electrical(),
+            *_electrical(phases),
             *([supply.RESISTANCE] if sagging else []),
             *unequal,
             *([saliency.SHARE] if salient else []),
             *(d for h in extra for d in h.declarations),
         ),
-        coordinates={
-            shift_B: Symbol("phi_shift") * pi / 180,
-            **coordinates_of(extra),
-        },
+        coordinates={**_shift(phases), **coordinates_of(extra)},
         polar=tuple(h.polar for h in extra),
         inputs=(*u.values(), *(supply.DUTIES.values() if sagging else ()), alpha, omega),
-        terms={supply.SAG: supply.sag(i)} if sagging else {},
+        terms={supply.SAG: supply.sag(i, torque_share(phases))} if sagging else {},
         rates=rates,
         initial={i[x]: settled[x] + own[x] for x in PHASES},
         starts=tuple(
@@ -107,21 +106,27 @@ def windings(
             for x in PHASES
         ),
         outputs={
-            "T_coils": _torque(i, shape, share) + sum(coil[x].torque(i[x]) for x in PHASES),
+            "T_coils": torque_share(phases) * _torque(i, shape, share) + sum(coil[x].torque(i[x]) for x in PHASES),
             "i_A": i["A"],
             "i_B": i["B"],
+            **phase_currents(phases, i),
         },
         extensions=(
-            *_harmonic_extensions(harmonics),
-            *(() if apart else _apart_extensions("voltage")),
-            *(() if salient else [saliency.EXTENSION]),
+            *_harmonic_extensions(harmonics, phases),
+            *(() if apart or phases == STAR else _apart_extensions("voltage")),
+            *(() if salient or phases == STAR else [saliency.EXTENSION]),
             *([supply.EXTENSION] if commanded and not sagging else []),
         ),
     )
 
 
 def current_fed(
-    *, harmonics: Sequence[int] = (), apart: bool = False, limited: bool = False, commanded: bool = True
+    *,
+    harmonics: Sequence[int] = (),
+    apart: bool = False,
+    limited: bool = False,
+    commanded: bool = True,
+    phases: int = 2,
 ) -> Block:
     """Two windings on a current drive: T = k_m i sin(p/2 alpha + shift), at any voltage.
 
@@ -129,7 +134,7 @@ def current_fed(
     its loops (`current_limit`) take the back-EMF from here.
     """
     i = {x: Symbol(f"i_{x}_in") for x in PHASES}
-    extra, shape, share = _harmonics(harmonics), _shapes(harmonics), _shares(apart)
+    extra, shape, share = _harmonics(harmonics), _shapes(harmonics, phases), _shares(apart)
     offset = {x: Symbol(f"i_0{x}") if apart else Integer(0) for x in PHASES}
     carried = {x: i[x] + offset[x] for x in PHASES}
     emf = {f"emf_{x}": k_v * share["k"][x] * omega * shape[x] for x in PHASES}
@@ -140,16 +145,23 @@ def current_fed(
             _POLES,
             # Torque is k_m times the current here: of a larger current a smaller constant gives the same torque.
             replace(_TORQUE_CONSTANT, supply_power=-1),
-            _PHASE_SHIFT,
+            *_shift_declarations(phases),
             *(_imbalance(unit="A") if apart else ()),
             *(d for h in extra for d in h.declarations),
         ),
-        coordinates={shift_B: Symbol("phi_shift") * pi / 180, **coordinates_of(extra)},
+        coordinates={**_shift(phases), **coordinates_of(extra)},
         polar=tuple(h.polar for h in extra),
         inputs=(*i.values(), alpha, *([omega] if limited else [])),
-        outputs={"T_coils": _torque(carried, shape, share), **(emf if limited else {})},
-        extensions=(*_harmonic_extensions(harmonics), *(() if apart else _apart_extensions("current"))),
-        rivals=(current_limit.RIVAL,) if commanded and not limited else (),
+        outputs={
+            "T_coils": torque_share(phases) * _torque(carried, shape, share),
+            **(emf if limited else {}),
+            **phase_currents(phases, i),
+        },
+        extensions=(
+            *_harmonic_extensions(harmonics, phases),
+            *(() if apart or phases == STAR else _apart_extensions("current")),
+        ),
+        rivals=(current_limit.RIVAL,) if commanded and not limited and phases != STAR else (),
     )
 
 
@@ -157,10 +169,10 @@ def _torque(i: dict[str, Expr], shape: dict[str, Expr], share: dict[str, dict[st
     return sum((k_m * share["k"][x] * i[x] * shape[x] for x in PHASES), Integer(0))
 
 
-def _shapes(harmonics: Sequence[int]) -> dict[str, Expr]:
+def _shapes(harmonics: Sequence[int], phases: int) -> dict[str, Expr]:
     """Return each phase's torque coupling over the angle: a sine and its harmonics."""
-    extra = _harmonics(harmonics)
-    return {x: sum((h.over(angle) for h in extra), sin(angle)) for x, angle in ANGLES.items()}
+    extra, angles = _harmonics(harmonics), AXES if phases == STAR else ANGLES
+    return {x: sum((harmonic_of_axis(h, x, angle, phases) for h in extra), sin(angle)) for x, angle in angles.items()}
 
 
 def _shares(apart: bool) -> dict[str, dict[str, Expr]]:
@@ -182,7 +194,16 @@ _PHASE_SHIFT = Declaration(
 )
 
 
-def _electrical() -> tuple[Declaration, ...]:
+def _shift(phases: int) -> dict[Symbol, Expr]:
+    """Return the coordinate of phase B's angle; the axes of a star are at right angles."""
+    return {} if phases == STAR else {shift_B: Symbol("phi_shift") * pi / 180}
+
+
+def _shift_declarations(phases: int) -> tuple[Declaration, ...]:
+    return () if phases == STAR else (_PHASE_SHIFT,)
+
+
+def _electrical(phases: int) -> tuple[Declaration, ...]:
     return (
         _POLES,
         Declaration(
@@ -198,7 +219,7 @@ def _electrical() -> tuple[Declaration, ...]:
         Declaration("coil_inductance", "L", "H", "coil inductance", lower=0.0, supply_power=2),
         _TORQUE_CONSTANT,
         Declaration("back_emf_constant", "k_v", "V s/rad", "back-EMF constant", lower=0.0, tied_to="torque_constant"),
-        _PHASE_SHIFT,
+        *_shift_declarations(phases),
     )
 
 
@@ -233,8 +254,8 @@ def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
     return (*halves, *offsets)
 
 
-def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
-    """Return the harmonics of the torque constant that may be added, of 3 %."""
+def _harmonic_extensions(harmonics: Sequence[int], phases: int) -> tuple[Extension, ...]:
+    """Return the harmonics of the torque constant that may be added, of 3 %; in star every third cancels."""
     return tuple(
         Extension(
             name=f"{HARMONIC}:{order}",
@@ -246,7 +267,7 @@ def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
             rarer=order not in USUAL_HARMONICS,
         )
         for order, ordinal in HARMONIC_ORDERS.items()
-        if order not in harmonics
+        if order not in harmonics and not (phases == STAR and order % 3 == 0)
     )
 
 

@@ -170,7 +170,7 @@ def extensions_at(mechanism: Mechanism, per_step: float, near: int) -> list[Exte
         return []
     listed = {_name(mechanism, e) for e in _extensions(mechanism, layout)}
     for series in (s for s in _series(mechanism) if s.is_line):
-        seen = round(per_step / abs(float(series.per_step.subs(mechanism.by_symbol))))
+        seen = round(mechanism.per_quarter(per_step) / abs(float(series.per_step.subs(mechanism.by_symbol))))
         if seen < 1:
             continue
         if _is_there(mechanism, layout, series.entry(seen)) or _name(mechanism, series.entry(seen)) in listed:

@@ -36,16 +36,19 @@ EXTENSION = Extension(
 """A source with a tenth of the coils' resistance."""
 
 
-def sag(currents: Mapping[str, Expr]) -> Expr:
-    """Return the voltage drop of the source, V, from the currents of both phases, A."""
-    return R_s * sum((DUTIES[x] * i for x, i in currents.items()), Integer(0))
+def sag(currents: Mapping[str, Expr], share: Expr) -> Expr:
+    """Return the voltage drop of the source, V, from the currents of both phases, A.
+
+    `share` is the power of the motor over that of two phases with these currents, 3/2 for the axes of a star.
+    """
+    return share * R_s * sum((DUTIES[x] * i for x, i in currents.items()), Integer(0))
 
 
-def settled_currents(alone: Mapping[str, Expr], resistances: Mapping[str, Expr]) -> dict[str, Expr]:
+def settled_currents(alone: Mapping[str, Expr], resistances: Mapping[str, Expr], share: Expr) -> dict[str, Expr]:
     """Return the settled currents behind the source, from those on an ideal one.
 
     (R_X + R_s e_X^2) i_X + R_s e_X e_Y i_Y = U e_X + u_0X, solved for both (Sherman and Morrison).
     """
     through = {x: DUTIES[x] / R for x, R in resistances.items()}
-    common = sag(alone) / (1 + sag(through))
+    common = sag(alone, share) / (1 + sag(through, share))
     return {x: i - through[x] * common for x, i in alone.items()}

@@ -89,7 +89,7 @@ _recorder = partial(Table, optional=True, bench=RECORDER, of_record=True)
 _ALL = (
     Table(
         name="stepper",
-        title="two-phase stepper motor and the voltage that drives it",
+        title="stepper motor and the voltage that drives it",
         option="drive",
         choices=(*VOLTAGES, *CURRENTS),
     ),

@@ -136,6 +136,8 @@ def _estimate(fit: Fit, design: QuietDesign) -> Estimate:
         raise InputFileError(
             f"{fit.source}: the mechanism is not driven step by step, so that it has no microstep table"
         )
+    if estimate.mechanism.phases == 3:
+        raise InputFileError(f"{fit.source}: the motor has 3 phases; a microstep table is of two")
     return estimate
 
 

@@ -1,7 +1,7 @@
 """Number of full steps after which the motion of a stepped mechanism may repeat, found from its equations.
 
-After two full steps the commanded voltages have changed sign; after four they are the same. A motion can repeat after n
-steps, n even, if the equations are invariant under
+After two full steps the commanded voltages have changed sign; after four they are the same (with three phases after
+three and six, and d below is pi/3). A motion can repeat after n steps, n even, if the equations are invariant under
 
     x -> sigma x + n d,   d = pi/2 d(x at the start)/d(theta_0),
 
@@ -27,8 +27,8 @@ from mechid.plant.plant import Plant
 
 Function = Callable[[Sequence[float], Sequence[float], Sequence[float], Sequence[float]], list[float]]
 
-MIRRORED, ELECTRICAL = 2, 4
-"""Full steps after which the voltages have the opposite sign, and after which they are the same."""
+MIRRORED = 2
+"""Full steps of two or four phases after which the voltages have the opposite sign; three phases need three."""
 MOST_STEPS = 2000
 """Largest number of steps tried: ten turns of a motor of 200 steps."""
 POINTS = 4
@@ -61,7 +61,7 @@ class Repetition:
     electrical: FloatArray
 
 
-def repetition(mechanism: Mechanism, most_steps: float = MOST_STEPS, voltages: int = MIRRORED) -> Repetition:
+def repetition(mechanism: Mechanism, most_steps: float = MOST_STEPS, voltages: int | None = None) -> Repetition:
     """Return how the motion of a stepped mechanism may repeat within a number of full steps.
 
     Parameters
@@ -69,34 +69,36 @@ def repetition(mechanism: Mechanism, most_steps: float = MOST_STEPS, voltages: i
     mechanism : Mechanism
     most_steps : float
         Longest repetition, in full steps.
-    voltages : {2, 4}
+    voltages : {2, 4, 3, 6} or None
         Full steps after which the voltages have the opposite sign; or, if no half period of them mirrors the other,
-        are the same (`Command.mirrored_steps`).
+        are the same (`Command.mirrored_steps`). None is half an electrical period.
     """
-    steps, a_step, odd = _find_repetition(mechanism.plant, mechanism.kernel_values().tobytes())
+    electrical = mechanism.full_steps
+    voltages = voltages or electrical // 2
+    steps, a_step, odd = _find_repetition(mechanism.plant, mechanism.kernel_values().tobytes(), electrical)
     steps = math.lcm(steps, voltages)
     steps = steps if steps <= most_steps else 0
     period = steps or voltages
-    mirrored = period % ELECTRICAL != 0
+    mirrored = period % electrical != 0
     return Repetition(
         steps=steps,
         sign=np.where(odd & mirrored, -1.0, 1.0),
         turn=period * a_step,
         whole=(2 if mirrored else 1) * period * a_step,
-        electrical=ELECTRICAL * a_step,
+        electrical=electrical * a_step,
     )
 
 
 @lru_cache(maxsize=256)
-def _find_repetition(plant: Plant, values: bytes) -> tuple[int, FloatArray, BoolArray]:
+def _find_repetition(plant: Plant, values: bytes, electrical: int) -> tuple[int, FloatArray, BoolArray]:
     """Return the smallest number of steps after which the equations are the same, or 0.
 
     Also return the increment of each state over a step, and whether the sign of each state may change.
     """
     p = np.frombuffer(values, dtype=np.float64)
-    a_step, odd = _step_increment(plant, p), _is_set_by_inputs(plant)
-    tester = _Tester(_compile_equations(plant), p, a_step, np.where(odd, -1.0, 1.0), plant)
-    return next((n for n in range(MIRRORED, MOST_STEPS + 1, MIRRORED) if tester.is_same_after(n)), 0), a_step, odd
+    a_step, odd, half = _step_increment(plant, p, electrical), _is_set_by_inputs(plant), electrical // 2
+    tester = _Tester(_compile_equations(plant), p, a_step, np.where(odd, -1.0, 1.0), plant, electrical)
+    return next((n for n in range(half, MOST_STEPS + 1, half) if tester.is_same_after(n)), 0), a_step, odd
 
 
 def _is_set_by_inputs(plant: Plant) -> BoolArray:
@@ -113,6 +115,7 @@ class _Tester:
     a_step: FloatArray
     sign: FloatArray
     plant: Plant
+    electrical: int
 
     def is_same_after(self, steps: int) -> bool:
         """Return whether the equations are the same after a number of steps; the first point that differs decides."""
@@ -124,7 +127,7 @@ class _Tester:
         x, u = rng.uniform(-1.0, 1.0, self.a_step.size), rng.uniform(-1.0, 1.0, len(self.plant.inputs))
         drawn = (rng.choice([list(mode.values()) for mode in s.modes.values()]) for s in self.plant.switches)
         modes = [float(value) for values in drawn for value in values]
-        mirrored = steps % ELECTRICAL != 0
+        mirrored = steps % self.electrical != 0
         sign = self.sign if mirrored else np.ones_like(self.sign)
         here = self._at(x, u, modes)
         there = self._at(sign * x + steps * self.a_step, -u if mirrored else u, modes)
@@ -138,12 +141,12 @@ class _Tester:
         return np.array(self.function(x.tolist(), u.tolist(), modes, self.p.tolist()), dtype=np.float64)
 
 
-def _step_increment(plant: Plant, p: FloatArray) -> FloatArray:
+def _step_increment(plant: Plant, p: FloatArray, electrical: int) -> FloatArray:
     """Return the increment of each state over a full step, (n,)."""
     by_value = dict(zip(plant.parameters, p.tolist(), strict=True))
     turned = [plant.start_angle_slopes.get(s, sp.Integer(0)) for s in plant.states]
-    # A full step is a quarter of an electrical period.
-    return np.array([0.5 * np.pi * float(slope.subs(by_value)) for slope in turned])
+    # A full step is a quarter of an electrical period, a sixth with three phases.
+    return np.array([2.0 * np.pi / electrical * float(slope.subs(by_value)) for slope in turned])
 
 
 @lru_cache(maxsize=32)

@@ -38,7 +38,7 @@ _WORDS_OF: Mapping[tuple[str, ...], frozenset[str]] = {
     RATES: _ANGLE_WORDS | {"rpm", "upm", "rps", "dps"},
     ("position",): frozenset(("mm", "um", "cm", "nm", "inch")),
     ("velocity",): frozenset(("mm", "mms", "um", "ums", "cms")),
-    ("current", "current_phase_a", "current_phase_b"): frozenset(("ma",)),
+    ("current", "current_phase_a", "current_phase_b", "current_phase_c"): frozenset(("ma",)),
     ("voltage", "voltage_phase_a", "voltage_phase_b"): frozenset(("mv", "kv")),
 }
 WORDS_OF_UNITS: Mapping[str, frozenset[str]] = {name: words for names, words in _WORDS_OF.items() for name in names}

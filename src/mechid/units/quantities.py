@@ -24,6 +24,7 @@ SI_UNIT: Mapping[str, str] = {
     "voltage": "V",
     "current_phase_a": "A",
     "current_phase_b": "A",
+    "current_phase_c": "A",
     "voltage_phase_a": "V",
     "voltage_phase_b": "V",
     **dict.fromkeys(FORCES[1:], "N"),

@@ -19,6 +19,7 @@ from mechid.kernel.expressions import python_text
 from mechid.kernel.physics import function
 from mechid.kernel.source import generate, lanes_for, text_of_loop
 from mechid.plant.mechanism import Mechanism
+from mechid.plant.phases import STAR
 from mechid.plant.plant import Plant
 from mechid.simulation.simulator import CLOSE_STEPS
 
@@ -84,13 +85,24 @@ class Source:
         text = resources.files("mechid.exports.c").joinpath(f"text/{name}.in").read_text(encoding="utf-8")
         needed = {own: own in self._values["kernel"] for own in OWN}
         needed["square_root"] |= self.steps
-        return Template(
-            _sections(text, {"steps": self.steps, "held": not self.steps, "sensitive": self.sensitive, **needed})
-        ).substitute(self._values)
+        return Template(_sections(text, {**self._kinds, **needed})).substitute(self._values)
+
+    @property
+    def _kinds(self) -> dict[str, bool]:
+        """Which sections of the templates a mechanism has."""
+        star = self.handover.mechanism.phases == STAR
+        return {
+            "steps": self.steps,
+            "held": not self.steps,
+            "sensitive": self.sensitive,
+            "star": star,
+            "right_angles": not star,
+        }
 
     @cached_property
     def _values(self) -> Mapping[str, str]:
         printer, plant, constants = Printer(self.module), self.plant, self.module.constants
+        own = self.handover.mechanism
         names = list(plant.declarations)
         inputs = list(map(str, plant.inputs))
         library = sorted({"NAN", "sqrt unless MECHANISM_NO_LIBM", *self.library})
@@ -119,6 +131,7 @@ class Source:
             "columns_free": _entries("D", self.free),
             "n_free": len(self.free),
             "lanes": constants["NL"],
+            "full_steps": f"{own.full_steps}.0",
             "n_kernel": len(plant.parameters),
             "library": ", ".join(library),
             "constants": printer.constants(),

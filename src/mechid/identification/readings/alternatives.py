@@ -52,7 +52,7 @@ def distinct_turns_deg(command: Command, orders: Sequence[float]) -> tuple[float
     A drive may have stood at any of its microsteps, or at a half step, since the full steps with both phases on are not
     always known. Turns that leave all detents unchanged give the same records; the smallest of them is returned.
     """
-    count = (command.microsteps if command.table else math.lcm(command.microsteps, 2)) * 4
+    count = (command.microsteps if command.table else math.lcm(command.microsteps, 2)) * command.full_steps
     turns = sorted(
         (360.0 * k / count for k in range(1 - count // 2, count // 2 + 1)), key=lambda turn: (abs(turn), -turn)
     )
@@ -67,7 +67,7 @@ def _is_same(turn: float, command: Command, orders: Sequence[float]) -> bool:
     """Tell whether a turn of a whole record leaves its torque unchanged."""
     cycles = [turn * order / 360.0 for order in orders]
     if command.waveform == "square":
-        cycles.append(turn / 90.0)
+        cycles.append(turn / command.full_step_deg)
     if command.table:
         cycles.append(turn / command.symmetry_deg)
     return all(abs(c - round(c)) < SAME_CYCLES for c in cycles)

@@ -202,7 +202,7 @@ def _full_steps(target: Target, problem: Problem) -> dict[str, float]:
     periods = problem.space.mechanism.electrical_periods
     if periods is None or isinstance(target.command, MeasuredCommand):
         return {}
-    return {"rotor_angle": 0.5 * math.pi / periods}
+    return {"rotor_angle": 2.0 * math.pi / problem.space.mechanism.full_steps / periods}
 
 
 def _following_fields(

@@ -16,9 +16,6 @@ from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
 from mechid.simulation.resonances import resonances
 
-FULL_STEPS_A_CYCLE = 4.0
-"""Full steps of one electrical turn, in which a detent has as many periods as its order."""
-
 
 def departure(problem: Problem, q: FloatArray, target: Target, horizon: int) -> str:
     """Return a description, in one or more clauses, of the point where the model leaves a record.
@@ -114,12 +111,14 @@ def _owner(problem: Problem, order: float, width: float) -> str:
     The cause may be a harmonic of the model, or a detent that the model lacks.
     """
     mechanism = problem.space.mechanism
+    # In an electrical period a detent has as many periods as its order.
+    cycle = float(mechanism.full_steps)
     for own in mechanism.harmonics:
-        if abs(order - own.orders / FULL_STEPS_A_CYCLE) < width:
-            steps = " and of the steps" if own.orders == FULL_STEPS_A_CYCLE else ""
+        if abs(order - own.orders / cycle) < width:
+            steps = " and of the steps" if own.orders == cycle else ""
             return f", the period of its {own.words} of {own.period_deg:.4g} deg{steps}"
-    nearest = max(round(order * FULL_STEPS_A_CYCLE), 1)
-    if mechanism.electrical_periods and abs(order - nearest / FULL_STEPS_A_CYCLE) < width and nearest < 4:
+    nearest = max(round(order * cycle), 1)
+    if mechanism.electrical_periods and abs(order - nearest / cycle) < width and nearest < cycle:
         period_deg = 360.0 / mechanism.electrical_periods / nearest
         return f", the period of a detent of {period_deg:.4g} deg, which the model has not"
     return ""

@@ -128,7 +128,7 @@ def _round_down(seconds: float) -> float:
     return float(np.round(np.floor(seconds / digit + 1e-9) * digit, 9))
 
 
-CURRENTS = ("current_phase_a", "current_phase_b")
+CURRENTS = ("current_phase_a", "current_phase_b", "current_phase_c")
 SUPPLY_REMEDY = "give it as a number, or add a channel of a phase current"
 
 
@@ -220,11 +220,12 @@ def _frame_note(campaign: Campaign) -> str:
     turning = [h for h in mechanism.harmonics if not h.of_phase]
     turned = " and ".join(f"{h.name} by {-h.orders:g} delta" for h in turning)
     phases = f" with the phases turned, of {turned}" if turning else ""
+    step_deg = 360.0 / mechanism.full_steps
     stepped = "" if len(turning) == len(mechanism.harmonics) else "; with harmonics of the torque constant likewise"
     return (
         f"The start angle and direction of record {campaign.records[0].name} fix the frame: the records stay the same "
-        f"if all start angles turn by delta{phases} (square waveform: delta in steps of 90 deg{stepped}), if all "
-        "signs reverse together with those of the phases, and after a shift by whole teeth."
+        f"if all start angles turn by delta{phases} (square waveform: delta in steps of {step_deg:g} deg{stepped}), if "
+        "all signs reverse together with those of the phases, and after a shift by whole teeth."
     )
 
 
