@@ -57,7 +57,7 @@ def test_frequencies_that_the_structure_does_not_cover_count_as_nothing_and_are_
     quantity = Quantity(Structure(name="s", line_of_sight=("x",), model=KnownTo100Hz()))
     frequency, lines = np.array([50.0, 500.0]), np.array([3.0 + 0j, 4.0 + 0j])
     np.testing.assert_array_equal(quantity.weight(frequency), [1.0, 0.0])
-    assert quantity.uncovered(frequency, lines) == pytest.approx(0.8)
+    assert quantity.uncovered_share(frequency, lines) == pytest.approx(0.8)
 
 
 def test_the_level_is_that_of_a_budget(seen, fit):

@@ -42,7 +42,7 @@ def test_the_nearest_codes_cost_as_little_as_the_best_of_all():
 @pytest.fixture(scope="module")
 def cost(mechanism):
     base = nominal_table(8)
-    return TableCost(design_places([mechanism], base, (30.0,), (28.0, 33.0)), (1.0, 2.0), base, 1.0, workers=1)
+    return TableCost(design_places([mechanism], base, (30.0,), (28.0, 33.0)), (1.0, 2.0), base, 1.0)
 
 
 @pytest.mark.parametrize("bits", [6, 8, 10])

@@ -18,7 +18,6 @@ def quiet(
         list[Path] | None,
         typer.Option(metavar="DIR", help="Fit of another unit, on which the table is tried; may be repeated."),
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Threads.")] = 1,
 ) -> None:
     """Find the microstep table, rates and stepping with which the mechanism disturbs least."""
     from mechid.cli.output import print_result, say
@@ -29,5 +28,5 @@ def quiet(
     # A wrong file is refused before the records of the fit are read.
     wanted = None if design is None else read_quiet_file(design)
     with hold_folder(out):
-        found = made_quiet(fit, wanted, fleet=fleet or (), workers=workers, say=say)
+        found = made_quiet(fit, wanted, fleet=fleet or (), say=say)
         print_result(found, out)

@@ -73,7 +73,7 @@ class Improvement:
         `QUIET.sensitivity_sigmas` standard errors higher or lower, whichever is worse.
     units : mapping of str to tuple of Gain
         Gains of other units with this table; their bounds are the gains.
-    uncovered : float
+    uncovered_share : float
         Largest share of the RMS torque with the nominal table at frequencies that the structure does not cover.
     """
 
@@ -82,7 +82,7 @@ class Improvement:
     gains: tuple[Gain, ...]
     sensitivity: Mapping[str, float]
     units: Mapping[str, tuple[Gain, ...]]
-    uncovered: float = 0.0
+    uncovered_share: float = 0.0
 
 
 def improvement(
@@ -110,7 +110,7 @@ def improvement(
         drawn = [draw_torque(response, estimate, highest_hz, seed) for response in ones]
         levels = [_rms(one.samples, quantity.weight(one.frequency_hz)) for one in drawn]
         own = [float(_rms(one.state.lines, quantity.weight(one.state.frequency_hz))) for one in ones]
-        uncovered = max(uncovered, quantity.uncovered(ones[0].state.frequency_hz, ones[0].state.lines))
+        uncovered = max(uncovered, quantity.uncovered_share(ones[0].state.frequency_hz, ones[0].state.lines))
         low = float(np.quantile(_gain_db(levels[0], levels[1]), 1.0 - LEVEL.bound))
         gains.append(Gain(rate, own[0], own[1], float(_gain_db(own[0], own[1])), low))
     return Improvement(
@@ -119,7 +119,7 @@ def improvement(
         gains=tuple(gains),
         sensitivity=_sensitivity(estimate, base, table, rates, quantity),
         units={name: unit_gains(unit, base, table, rates, quantity) for name, unit in units.items()},
-        uncovered=uncovered,
+        uncovered_share=uncovered,
     )
 
 

@@ -241,10 +241,10 @@ def _warnings(found: QuietDrive) -> list[str]:
             f"With these codes the torque reserve is {100.0 * least:.1f} % of the nominal table's, below "
             "drive.pull_out_share; allow more bits."
         )
-    if found.improvement.uncovered > QUIET.most_uncovered:
+    if found.improvement.uncovered_share > QUIET.most_uncovered:
         out.append(
-            f"{100.0 * found.improvement.uncovered:.0f} % of the RMS torque is at frequencies that the structure does "
-            "not cover; these lines do not count."
+            f"{100.0 * found.improvement.uncovered_share:.0f} % of the RMS torque is at frequencies that the structure "
+            "does not cover; these lines do not count."
         )
     silent = [curve.stepping for curve in found.survey.curves if RECOMMENDED not in curve.verdicts]
     if silent:

@@ -33,7 +33,7 @@ class Quantity:
         per_axis = self.structure.to_line_of_sight(frequency_hz)
         return np.asarray(np.nan_to_num(np.sqrt(np.sum(np.abs(per_axis) ** 2, axis=1)), nan=0.0))
 
-    def uncovered(self, frequency_hz: FloatArray, lines: ComplexArray) -> float:
+    def uncovered_share(self, frequency_hz: FloatArray, lines: ComplexArray) -> float:
         """Return the share of the RMS of torque lines, (n,), at frequencies in Hz that the structure does not cover."""
         power = np.abs(lines) ** 2
         if self.structure is None or not power.any():

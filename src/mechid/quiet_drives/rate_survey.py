@@ -13,7 +13,6 @@ from itertools import groupby
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.computation.parallel import map_tasks
 from mechid.plant.mechanism import Mechanism
 from mechid.quiet_drives.periodic_torque import PeriodicTorque
 from mechid.quiet_drives.quantity import TORQUE, Quantity
@@ -98,7 +97,6 @@ def survey(
     mean_rates: Sequence[float],
     limit: float | None,
     quantity: Quantity = TORQUE,
-    workers: int = 1,
 ) -> Survey:
     """Return the level of each stepping over the rate.
 
@@ -115,11 +113,10 @@ def survey(
     limit : float or None
         Bound above which a rate is forbidden; None takes `QUIET.loud_ratio` times the median of all steppings' bounds.
     quantity : Quantity
-    workers : int
-        Threads.
     """
-    tasks = [(mechanisms, table, float(rate), quantity) for table in tables.values() for rate in rates]
-    found = np.array(map_tasks(_level_and_bound, tasks, workers)).reshape(len(tables), len(rates), 2)
+    found = np.array(
+        [[_level_and_bound(mechanisms, table, float(rate), quantity) for rate in rates] for table in tables.values()]
+    )
     bounds = found[:, :, 1]
     heard = bounds[np.isfinite(bounds)]
     median = float(np.median(heard)) if heard.size else 0.0
@@ -141,8 +138,9 @@ def widest_bands(found: Survey, verdict: str = RECOMMENDED, count: int = QUIET.m
     return sorted(own, key=lambda band: -band.high / band.low)[:count]
 
 
-def _level_and_bound(task: tuple[Sequence[Mechanism], FloatArray, float, Quantity]) -> tuple[float, float]:
-    mechanisms, table, rate, quantity = task
+def _level_and_bound(
+    mechanisms: Sequence[Mechanism], table: FloatArray, rate: float, quantity: Quantity
+) -> tuple[float, float]:
     levels = []
     for mechanism in mechanisms:
         lines = PeriodicTorque(mechanism, rate, quantity).lines(table)

@@ -58,7 +58,6 @@ def quiet(
     design: QuietDesign | Mapping[str, Any] | Path | str | None = None,
     *,
     fleet: Sequence[Fit | Path | str] = (),
-    workers: int = 1,
     say: Callable[[str], None] | None = None,
 ) -> QuietDrive:
     """Find the microstep table, rates and stepping with which an identified mechanism disturbs least.
@@ -71,8 +70,6 @@ def quiet(
         quiet.toml, or the tables that it would hold (docs/quiet.md); None takes the defaults.
     fleet : sequence of Fit or Path
         Fits of other units, on which the table is tried.
-    workers : int
-        Threads.
     say : callable or None
         Called with single lines; None shows the last one in a notebook and nothing elsewhere.
 
@@ -98,9 +95,7 @@ def quiet(
     wanted = _design_of(design)
     found = _read(fit)
     with line_receiver(say) as tell, one_core_algebra():
-        return _quiet(
-            found, wanted, {_unit_name(one, k): _unit(one, wanted) for k, one in enumerate(fleet)}, workers, tell
-        )
+        return _quiet(found, wanted, {_unit_name(one, k): _unit(one, wanted) for k, one in enumerate(fleet)}, tell)
 
 
 def _design_of(design: QuietDesign | Mapping[str, Any] | Path | str | None) -> QuietDesign:
@@ -141,9 +136,7 @@ def _estimate(fit: Fit, design: QuietDesign) -> Estimate:
     return estimate
 
 
-def _quiet(
-    fit: Fit, wanted: QuietDesign, units: Mapping[str, Mechanism], workers: int, say: Callable[[str], None]
-) -> QuietDrive:
+def _quiet(fit: Fit, wanted: QuietDesign, units: Mapping[str, Mechanism], say: Callable[[str], None]) -> QuietDrive:
     estimate = _estimate(fit, wanted)
     design = _fill_in(wanted, fit.campaign)
     mechanism, rng = estimate.mechanism, np.random.default_rng(design.seed)
@@ -154,7 +147,7 @@ def _quiet(
     mirrored = repetition(mechanism).steps == MIRRORED
     say(f"nominal table at {len(design.rates)} design rates and over the range")
     places = design_places([mechanism, *draws[: QUIET.draws]], base, design.rates, ends, design.quantity)
-    cost = TableCost(places, design.orders, base, design.peak, workers=workers)
+    cost = TableCost(places, design.orders, base, design.peak)
     checked = range_places(mechanism, base, np.geomspace(*ends, QUIET.checked_rates).tolist(), design.quantity)
     changes = table_harmonics(len(base) // 4, QUIET.highest_harmonic, mirrored=mirrored)
     searched, exact, kept = search_within_reserve(
@@ -174,7 +167,7 @@ def _quiet(
     tables = _tables(design, fit.campaign, base, table)
     means = design.mean_rates or design.rates
     rates = np.geomspace(*ends, QUIET.survey_rates)
-    levels = survey([mechanism, *draws], tables, rates, means, design.rms_limit, design.quantity, workers)
+    levels = survey([mechanism, *draws], tables, rates, means, design.rms_limit, design.quantity)
     return QuietDrive(
         design=design,
         nominal=base,

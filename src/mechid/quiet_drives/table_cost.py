@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechid.arrays import FloatArray
-from mechid.identification.computation.parallel import map_tasks
 from mechid.quiet_drives.periodic_torque import PeriodicTorque, TorqueLines
 from mechid.quiet_drives.quantity import Quantity
 from mechid.quiet_drives.settings import QUIET
@@ -56,8 +55,6 @@ class TableCost:
         Largest magnitude of a value.
     least_fundamental : float
         Least fundamental of a table, relative to the nominal one.
-    workers : int
-        Threads.
     """
 
     places: Sequence[Place]
@@ -65,7 +62,6 @@ class TableCost:
     base: FloatArray
     peak: float
     least_fundamental: float = 0.0
-    workers: int = 1
 
     @property
     def quantity(self) -> Quantity:
@@ -74,7 +70,7 @@ class TableCost:
 
     def simulate(self, table: FloatArray, changes: FloatArray | None = None) -> list[TorqueLines] | None:
         """Return the lines at each place, with slopes along changes (m, 4 n, 2); None if the rotor loses steps."""
-        found = map_tasks(_lines_at, [(place, table, changes) for place in self.places], self.workers)
+        found = [_lines_at(place, table, changes) for place in self.places]
         kept = [lines for lines in found if lines is not None]
         return kept if len(kept) == len(found) else None
 
@@ -117,8 +113,7 @@ class TableCost:
         return np.concatenate([flat.real, flat.imag]), np.concatenate([steep.real, steep.imag])
 
 
-def _lines_at(task: tuple[Place, FloatArray, FloatArray | None]) -> TorqueLines | None:
-    place, table, changes = task
+def _lines_at(place: Place, table: FloatArray, changes: FloatArray | None) -> TorqueLines | None:
     return place.torque.lines(table) if changes is None else place.torque.lines_and_slopes(table, changes)
 
 
