@@ -44,6 +44,7 @@ VARIANTS: Mapping[str, Mapping] = {
     "stribeck_piecewise_gear": with_layouts("stribeck", "piecewise_linear", housing={"form": "unit_dc"}),
     "directional_backlash_output_friction": with_layouts("directional", "backlash", "output_friction"),
     "load_dependent_kinematic_error": with_layouts("load_dependent", "kinematic_error"),
+    "friction_by_direction": with_layouts("friction by direction"),
     "tooth_mesh": with_layouts("tooth mesh"),
     "unbalance_cable": with_layouts("unbalance", "cable"),
     "cable_spring_output_friction_flexible_load": with_layouts("cable spring", "output_friction", "flexible load"),

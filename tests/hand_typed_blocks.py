@@ -24,10 +24,14 @@ def friction_torque(law, direction, omega, T_rg, z, q):
     return q["T_frd"] * direction + q["T_visc"] * omega, (q["T_frs"], q["T_frs"])
 
 
-def varied_friction(orders, output_orders, alpha, alpha_gear, q):
-    """Return the parameters with static and Coulomb friction as they are at some angles of rotor and output."""
-    level = 1.0
-    for letter, angle, some in (("f", alpha, orders), ("g", alpha_gear, output_orders)):
+def varied_friction(orders, output_orders, of_direction, alpha, alpha_gear, direction, q):
+    """Return the parameters with static and Coulomb friction as they are at some angles of rotor and output.
+
+    `of_direction` are the orders forward and backward: of these, those of the direction count.
+    """
+    level, (forward, backward) = 1.0, of_direction
+    own = ("p", alpha, forward) if direction > 0 else ("q", alpha, backward)
+    for letter, angle, some in (("f", alpha, orders), ("g", alpha_gear, output_orders), own):
         for j, n in enumerate(some, start=1):
             c, s = q[f"c_{letter}{j}"], q[f"s_{letter}{j}"]
             level += np.hypot(c, s) * np.sin(n * angle + np.arctan2(s, c))

@@ -85,6 +85,17 @@ LAYOUTS = {
             "output_position": [{"order": 1, "amplitude": 0.1, "phase_deg": 10.0}],
         }
     },
+    "friction by direction": {
+        "friction": {
+            "coulomb": 0.004,
+            "position": [{"order": 1, "amplitude": 0.2, "phase_deg": 70.0}],
+            "position_forward": [
+                {"order": 1, "amplitude": 0.1, "phase_deg": 10.0},
+                {"order": 2, "amplitude": 0.15, "phase_deg": -20.0},
+            ],
+            "position_backward": [{"order": 2, "amplitude": 0.3, "phase_deg": 130.0}],
+        }
+    },
     "piecewise_linear": {
         "gear": {
             "stiffness": None,

@@ -43,8 +43,14 @@ def entered(equations, x, u, p):
     return equations.mode_symbols(modes)
 
 
-def rubbing(name, m, x):
-    """Return the kernel's parameters by name, friction as it is at a state's angles."""
+def rubbing(name, m, x, direction=None):
+    """Return the kernel's parameters by name, friction as it is at a state's angles in its direction, or in another."""
     lists = LAYOUTS[name].get("friction", {})
-    orders = (tuple(h["order"] for h in lists.get(key, ())) for key in ("position", "output_position"))
-    return varied_friction(*orders, x["alpha"], x["alpha_gear"], values(m))
+
+    def orders(key):
+        return tuple(h["order"] for h in lists.get(key, ()))
+
+    of_direction = orders("position_forward"), orders("position_backward")
+    direction = np.sign(x["omega"]) if direction is None else direction
+    own = orders("position"), orders("output_position"), of_direction
+    return varied_friction(*own, x["alpha"], x["alpha_gear"], direction, values(m))

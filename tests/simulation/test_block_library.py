@@ -23,7 +23,10 @@ from runs import base, rms, run_kernel, run_twin
 
 COMMAND = constant(46.0)
 TOGETHER = {
-    "backlash between two frictions": LAYOUTS["three switches"],
+    "backlash between two frictions, by direction": {
+        **LAYOUTS["three switches"],
+        **LAYOUTS["friction by direction"],
+    },
     "catalogue gear, flexible load, phases apart": {
         "friction": {"law": "directional", "coulomb": 0.004, "asymmetry": 0.2, "viscous_asymmetry": -0.1},
         **{table: LAYOUTS[name][table] for name, table in (("piecewise_linear", "gear"), ("flexible load", "load"))},
@@ -48,7 +51,7 @@ TOGETHER = {
 }
 """Every block of the library once, in few mechanisms: each is a kernel to compile."""
 ALONE = [pytest.param(LAYOUTS[name], id=name, marks=pytest.mark.slow) for name in LAYOUTS if name != "three switches"]
-QUICK = ("backlash between two frictions", "LuGre on a current drive with a table, tooth meshes")
+QUICK = ("backlash between two frictions, by direction", "LuGre on a current drive with a table, tooth meshes")
 EVERY = [
     *(
         pytest.param(changes, id=name, marks=[] if name in QUICK else [pytest.mark.slow])

@@ -111,6 +111,10 @@ _ALL = (
     Table(supply.TABLE, "source that feeds the driver; without it the voltage stands", optional=True),
     Table("friction", "dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
     _harmonic(friction_position.ROTOR.table, "one harmonic of dry friction over the angle of the rotor", by_value=True),
+    *(
+        _harmonic(one.table, f"one harmonic of dry friction {one.mode} over the angle of the rotor", by_value=True)
+        for one in (friction_position.FORWARD, friction_position.BACKWARD)
+    ),
     _harmonic(
         friction_position.OUTPUT.table, "one harmonic of dry friction over the angle of the output", by_value=True
     ),
