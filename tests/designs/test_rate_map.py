@@ -98,13 +98,15 @@ def test_what_the_start_leaves_swinging_is_no_torque_of_a_rate():
     assert rate_map(bench, [], command, 120.0).amplitude[0] < 1.2 * max(steady)
 
 
-@pytest.mark.parametrize(("highest", "steps"), [(120.0, 4), (12.0, 4), (0.3, 4), (120.0, 200), (20.0, 50)])
-def test_every_bin_holds_a_whole_period(highest, steps):
+@pytest.mark.parametrize(
+    ("highest", "steps", "electrical"), [(120.0, 4, 4), (12.0, 4, 4), (0.3, 4, 4), (120.0, 200, 4), (20.0, 50, 6)]
+)
+def test_every_bin_holds_a_whole_period(highest, steps, electrical):
     """Truth: the steps in a bin are the mean rate times the time spent there."""
-    sweep = _sweep(highest, steps)
+    sweep = _sweep(highest, steps, electrical)
     seconds, middle = np.diff(sweep.times_s), 0.5 * (sweep.edges[1:] + sweep.edges[:-1])
     held = middle * seconds
-    assert held.min() >= 4.0 * (1.0 - 1e-9)
+    assert held.min() >= electrical * (1.0 - 1e-9)
     assert np.all((held >= steps * (1.0 - 1e-9)) | (seconds >= RATE.longest_s * (1.0 - 1e-9)))
     assert sweep.times_s[-1] < 3600.0
     bins = sweep.bins(0, sweep.base.samples)
