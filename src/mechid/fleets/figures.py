@@ -14,7 +14,7 @@ from mechid.ink.data import Data
 from mechid.ink.figures import STYLE, make_figure
 from mechid.ink.palette import ESTIMATE, INK, series
 
-COLUMNS, ROW_IN, NAMES_IN = 3, 1.45, 0.75
+COLUMNS, ROW_IN, NAMES_IN = 3, 1.45, 0.85
 OFF, MEAN = series(1), series(5)
 """Colours of outliers, and of a fleet's mean with its spread."""
 REACH = 1.96
