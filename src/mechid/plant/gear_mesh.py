@@ -40,12 +40,12 @@ class Mesh:
     index: int
 
     @property
-    def driver(self) -> Symbol:
+    def driving_teeth(self) -> Symbol:
         """Number of teeth of the driving wheel."""
         return Symbol(f"z_a{self.index + 1}")
 
     @property
-    def driven(self) -> Symbol:
+    def driven_teeth(self) -> Symbol:
         """Number of teeth of the driven wheel."""
         return Symbol(f"z_b{self.index + 1}")
 
@@ -89,22 +89,22 @@ class Mesh:
             )
 
         return (
-            teeth(DRIVER, self.driver, "driving"),
-            teeth(DRIVEN, self.driven, "driven"),
+            teeth(DRIVER, self.driving_teeth, "driving"),
+            teeth(DRIVEN, self.driven_teeth, "driven"),
             ratio(BEFORE, self.before, "between the mesh before, or the rotor, and the driving wheel"),
             ratio(BEHIND, self.behind, "between the driven wheel and the mesh behind, or the output"),
         )
 
     def lines(self, driver_turns: Expr) -> Iterator[NamedOrder]:
         """Yield the lines of a mesh whose driving wheel turns so often per turn of the rotor."""
-        number, teeth = self.index + 1, driver_turns * self.driver
+        number, teeth = self.index + 1, driver_turns * self.driving_teeth
         pair = "tooth mesh {number:g} ({a:g}:{b:g})"
-        values = {"number": Integer(number), "a": self.driver, "b": self.driven}
+        values = {"number": Integer(number), "a": self.driving_teeth, "b": self.driven_teeth}
         yield NamedOrder(f"mesh {number}", pair, teeth, values)
         yield NamedOrder(f"mesh {number} driver", f"driving wheel of {pair}", driver_turns, values)
-        yield NamedOrder(f"mesh {number} driven", f"driven wheel of {pair}", teeth / self.driven, values)
+        yield NamedOrder(f"mesh {number} driven", f"driven wheel of {pair}", teeth / self.driven_teeth, values)
         # The same two teeth meet again after the least common multiple of both numbers of teeth.
-        hunting = driver_turns * CommonDivisor(self.driver, self.driven) / self.driven
+        hunting = driver_turns * CommonDivisor(self.driving_teeth, self.driven_teeth) / self.driven_teeth
         yield NamedOrder(f"mesh {number} {HUNTING}", f"same two teeth of {pair}", hunting, values)
 
 
@@ -120,7 +120,7 @@ def mesh_lines(count: int, *, teeth_only: bool = False) -> tuple[NamedOrder, ...
         turns = turns / mesh.before
         teeth, *others = mesh.lines(turns)
         found += [teeth] if teeth_only else [teeth, *others]
-        turns = turns * mesh.driver / mesh.driven / mesh.behind
+        turns = turns * mesh.driving_teeth / mesh.driven_teeth / mesh.behind
     return tuple(found)
 
 
@@ -130,7 +130,7 @@ def ratio_agreements(count: int) -> tuple[Agreement, ...]:
         return ()
     product: Expr = Integer(1)
     for mesh in meshes(count):
-        product = product * mesh.before * mesh.driven / mesh.driver * mesh.behind
+        product = product * mesh.before * mesh.driven_teeth / mesh.driving_teeth * mesh.behind
     return (
         Agreement(
             name=TABLE,

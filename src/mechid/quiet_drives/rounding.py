@@ -150,7 +150,7 @@ def _nearest_codes(
 
     orders = [np.arange(start.size), *(rng.permutation(start.size) for _ in range(QUIET.orders_tried - 1))]
     rounded = [np.clip(_nearest_plane(start, A, g, order), -largest, largest) for order in orders]
-    # A descent takes a hundred times as long as a rounding, and the best few lead to the best end.
+    # A descent takes far longer than a rounding, and starts from all of them ended no better.
     likely = sorted(rounded, key=cost)[: QUIET.descents]
     best = min((_descend(codes, start, A, g, largest) for codes in likely), key=cost)
     whole = np.zeros(about.size)
