@@ -10,6 +10,7 @@ import golden_text
 import measured_data
 from measured_data import NAMED, Figure
 from mechid.identification.stages import kernel_precompilation
+from mechid.ink import pens
 
 FIGURES = pytest.StashKey[list]()
 WORKERS = "PYTEST_XDIST_WORKER_COUNT"
@@ -28,16 +29,24 @@ def pytest_configure():
 
 
 @pytest.fixture(scope="session", autouse=True)
-def no_kernels_ahead():
-    """Let no search compile kernels that it may need later where each core has a worker of the tests.
+def no_processes_beside():
+    """Let no command start processes of its own for kernels ahead or figures where each core has a worker of the tests.
 
-    From a cold cache such a process takes as long as the search itself, from the other worker, and is mostly killed
-    before its kernels are needed. Its own tests say how many cores there are.
+    Kernels ahead: from a cold cache such a process takes as long as the search itself, from the other worker, and is
+    mostly killed before its kernels are needed. Figures: a third of a small identification is the start of two
+    processes that draw; this one draws them as well. Their own tests have both.
     """
     with pytest.MonkeyPatch.context() as patched:
         if int(os.environ.get(WORKERS, "1")) >= kernel_precompilation.usable_cores():
             patched.setattr(kernel_precompilation, "usable_cores", lambda: 1)
+            patched.setattr(pens, "MOST", 0)
         yield
+
+
+@pytest.fixture
+def processes_that_draw(monkeypatch):
+    """Let figures be drawn by processes beside this one, as outside of tests."""
+    monkeypatch.setattr(pens, "MOST", 2)
 
 
 @pytest.fixture(scope="session")

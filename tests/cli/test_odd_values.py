@@ -167,6 +167,7 @@ def test_a_prior_that_is_lost_in_rounding_is_refused(refused, changed):
     )
 
 
+@pytest.mark.usefixtures("processes_that_draw")
 def test_figures_are_drawn_whatever_a_notebook_has_set(tmp_path, monkeypatch):
     """Truth: the file is there; a notebook hands its own Matplotlib to what it starts."""
     monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")

@@ -13,6 +13,7 @@ from mechid.ink.pens import Pens
 from mechid.ink.sheet import Sheet
 from mechid.reports.illustration import Illustration
 
+pytestmark = pytest.mark.usefixtures("processes_that_draw")
 HZ = np.arange(1.0, 200.0)
 
 

@@ -26,7 +26,7 @@ from mechid.reading.child import TERMINATION_SIGNALS
 
 Process: TypeAlias = "subprocess.Popen[bytes]"
 MOST = 4
-"""Most pens."""
+"""Most pens; with none, the process itself draws."""
 OBJECTS_UNSEEN = 50_000
 """Threshold of the garbage collector while a figure is drawn."""
 SCRIPT = (
@@ -43,12 +43,12 @@ The path is part of the text, since a pen started while the command ends would f
 class Pens:
     """Context manager of drawing processes.
 
-    If none can be started, this process draws the figures.
+    If there are none, this process draws the figures.
     """
 
     def __init__(self) -> None:
         self._count = min(os.cpu_count() or 1, MOST)
-        self._threads = ThreadPoolExecutor(self._count, thread_name_prefix="pen")
+        self._threads = ThreadPoolExecutor(max(self._count, 1), thread_name_prefix="pen")
         self._own = local()
         self._here = Lock()
         self._processes: list[Process] = []
