@@ -1,10 +1,13 @@
 """A small design: a campaign of one record that has no file, three rates to choose from."""
 
 import shutil
+from dataclasses import replace
 
+import pytest
 from typer.testing import CliRunner
 
 from mechid.cli.app import app
+from mechid.designs import loss_table
 from once import once
 
 SMALL = """
@@ -44,8 +47,16 @@ def design(bench, tmp_path_factory):
     return once(tmp_path_factory, "small_design", lambda: _designed(bench, tmp_path_factory.mktemp("planned")))
 
 
+def shorten_loss_table(patched):
+    """Leave one factor of each kind in the table of step loss; tests/designs/test_step_loss.py holds its rows."""
+    few = replace(loss_table.RATE, inertia_factors=(2.0,), voltage_factors=(0.8,), torque_shares=(0.2,))
+    patched.setattr(loss_table, "RATE", few)
+
+
 def _designed(bench, folder):
     shutil.copy(bench / "mechanism.toml", folder)
-    result = CliRunner().invoke(app, ["design", str(plan(folder)), "--out", str(folder / "out")])
+    with pytest.MonkeyPatch.context() as patched:
+        shorten_loss_table(patched)
+        result = CliRunner().invoke(app, ["design", str(plan(folder)), "--out", str(folder / "out")])
     assert result.exit_code == 0, result.stderr
     return folder / "out", result.stdout

@@ -12,6 +12,7 @@ from mechid.campaign import mechanism_text
 from mechid.campaign.bench import true_mechanism, write_bench
 from mechid.cli.app import app
 from mechid.identification.computation.workforce import working_on
+from mechid.reports import into_folder
 from once import once
 
 STAGE = """
@@ -38,6 +39,13 @@ def run():
         return CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="mechid")
 
     return invoke
+
+
+@pytest.fixture
+def without_reports(monkeypatch):
+    """Leave reports and figures away, which take most of the time; test_identify.py and test_report.py have them."""
+    monkeypatch.setattr(into_folder, "_report", lambda *_, **__: [])
+    monkeypatch.setattr(into_folder.Illustration, "begin", lambda *_: None)
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ HELD_OUT = ('name = "micro_46"', 'name = "micro_46"\nuse = "validate"')
 
 
 @pytest.fixture
-def identified(run, staged, changed, tmp_path):
+def identified(run, staged, changed, tmp_path, without_reports):
     """Return a function that identifies a campaign into a folder; the staged one has a record held out."""
     changed("campaign.toml", *HELD_OUT)
 

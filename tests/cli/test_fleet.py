@@ -16,7 +16,6 @@ from mechid.cli.identification import INTERRUPTED
 from mechid.fleets import unit_run
 from mechid.identification import run as identification
 from mechid.identification.result.grade import FitOutcome
-from mechid.reports import into_folder
 from synthetic_fleet import drawn, write_fit, write_fleet_file
 
 
@@ -31,12 +30,6 @@ def units(staged, tmp_path):
     other = write_bench(tmp_path / "other", 4, sweep_s=1.0).parent
     shutil.copy(other / "full_46.csv", out[1])
     return out
-
-
-@pytest.fixture
-def without_reports(monkeypatch):
-    """Leave the campaigns' own reports away, which take most of the time."""
-    monkeypatch.setattr(into_folder, "_report", lambda *_, **__: [])
 
 
 def estimate(folder, unit):

@@ -11,7 +11,6 @@ from mechid.campaign.bench import TRUTH
 from mechid.identification import run as identification
 from mechid.identification.identify import identify
 from mechid.identification.result.grade import GRADE_WORDS, Cause, FitOutcome, Grade, Reason
-from mechid.reports import into_folder
 
 FILES = [
     "estimate.json",
@@ -95,7 +94,7 @@ def test_the_journal_has_a_line_for_each_stage_and_says_where_the_search_stands(
 
 
 @pytest.fixture
-def ended(monkeypatch, staged):
+def ended(monkeypatch, staged, without_reports):
     """Return a function that makes identify end in a given way."""
     from mechid.campaign import load_campaign
 
@@ -105,8 +104,6 @@ def ended(monkeypatch, staged):
         from dataclasses import replace
 
         monkeypatch.setattr(identification, "search", lambda *_, **__: replace(fit, **changes))
-        monkeypatch.setattr(into_folder, "_report", lambda *_, **__: [])  # tests/cli/test_report.py has it
-        monkeypatch.setattr(into_folder.Illustration, "begin", lambda *_: None)
 
     return end
 

@@ -61,6 +61,7 @@ def disturbed(monkeypatch, module, name, error):
         pytest.param("add_suggestions", MemoryError(), marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.usefixtures("without_reports")
 def test_what_ends_the_examination_leaves_the_estimate(run, wrong, tmp_path, monkeypatch, name, error):
     out = tmp_path / "out"
     with monkeypatch.context() as patched:

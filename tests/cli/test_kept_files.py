@@ -118,6 +118,7 @@ def test_simulated_records_never_replace_those_of_another_campaign(run, refused,
         assert run("simulate", folder, "--out", tmp_path / "out").exit_code == 0
 
 
+@pytest.mark.usefixtures("without_reports")
 def test_an_estimate_in_another_folder_leaves_a_mechanism_written_there_by_hand(run, staged, tmp_path):
     """Truth: the file's bytes; the estimate has another name, which estimate.json tells, and is found there."""
     other = tmp_path / "other"

@@ -6,6 +6,8 @@ import shutil
 import numpy as np
 import pytest
 
+from small_design import shorten_loss_table
+
 CAMPAIGN = """
 mechanism = "mechanism.toml"
 [[record]]
@@ -43,7 +45,8 @@ def planned(bench, tmp_path):
     return tmp_path
 
 
-def test_check_simulate_and_design_take_them_alike(run, planned):
+def test_check_simulate_and_design_take_them_alike(run, planned, monkeypatch):
+    shorten_loss_table(monkeypatch)
     checked = run("check", planned)
     assert checked.exit_code == 0, checked.stderr
     simulated = run("simulate", planned, "--out", planned / "sim")
