@@ -57,7 +57,7 @@ VARIANTS: Mapping[str, Mapping] = {
     "table_supply_saliency_position_second_mode": with_layouts(
         "microstep table", "supply", "saliency", "friction position", "second mode"
     ),
-    "current_limit": with_layouts("current limit"),
+    "current_limit": with_layouts("current limit", "detent hysteresis"),
     "three_phases_supply": with_layouts("supply", stepper=THREE_PHASES),
     "measuring_chain": with_layouts("test stand"),
     "current_drive_imbalance_harmonics": with_layouts(

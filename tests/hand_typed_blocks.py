@@ -111,6 +111,13 @@ def winding_rates(i, u, alpha, omega, q, harmonics=()):
     return *rates, torque
 
 
+def detent_lag(omega, h, q):
+    """Return the torque of the detents' hysteresis, and the rate of its share h over p/2 times the rotor's way."""
+    if "T_hd" not in q:
+        return 0.0, 0.0
+    return q["T_hd"] * h, (q["p"] / 2 * omega - h * np.abs(q["p"] / 2 * omega)) / np.radians(q["theta_hd"])
+
+
 def load_torques(law, alpha_gear, omega_gear, h, q):
     """Return the torque of the cables, the rate of their hysteresis, and the torque of the load's weight."""
     cable = q["K_c"] * (alpha_gear - q["alpha_c"]) if law.startswith("cable") else 0.0

@@ -154,6 +154,7 @@ LAYOUTS = {
             }
         }
     },
+    "detent hysteresis": {"stepper": {"detent_hysteresis": {"torque": 0.004, "angle_deg": 20.0}}},
     "saliency": {"stepper": {"saliency": {"share": 0.08}}},
     "torque_harmonic": {
         "stepper": {

@@ -23,6 +23,7 @@ def random_state(m, seed):
         "v_1": 0.2,
         "v_2": 0.1,
         "h_cable": 0.5,
+        "h_detent": 0.5,
     }
     x = {str(s): scale.get(str(s), 0.0) * r.normal() for s in m.plant.states}
     x["alpha"] = r.uniform(-3, 3)

@@ -5,6 +5,7 @@ import pytest
 
 from hand_typed import motor_torque
 from hand_typed_blocks import (
+    detent_lag,
     driven,
     flexible_load,
     friction_torque,
@@ -49,6 +50,8 @@ def by_hand(name, m, x, u):
         (x["i_A"], x["i_B"]), supplied(u, (x["i_A"], x["i_B"]), q), x["alpha"], x["omega"], q, harmonics
     )
     T_mot = T_coils + motor_torque((0.0, 0.0, x["alpha"]), q, (4, 2))
+    lag, lag_rate = detent_lag(x["omega"], x.get("h_detent", 0.0), q)
+    T_mot -= lag
     modes = [(x[f"q_{k}"], x[f"v_{k}"]) for k in (1, 2) if f"q_{k}" in x]
     cable, h_rate, weight = load_torques(name, x["alpha_gear"], x["omega_gear"], x.get("h_cable", 0.0), q)
     a_gear, *a_modes = flexible_load(T_out - cable - weight, modes, q)
@@ -62,6 +65,8 @@ def by_hand(name, m, x, u):
     }
     if "z_fr" in x:
         rates["z_fr"] = slip
+    if "h_detent" in x:
+        rates["h_detent"] = lag_rate
     if "h_cable" in x:
         rates["h_cable"] = h_rate
     for k, a in enumerate(a_modes, start=1):

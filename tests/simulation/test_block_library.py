@@ -26,6 +26,7 @@ TOGETHER = {
     "backlash between two frictions, by direction": {
         **LAYOUTS["three switches"],
         **LAYOUTS["friction by direction"],
+        **LAYOUTS["detent hysteresis"],
     },
     "catalogue gear, flexible load, phases apart": {
         "friction": {"law": "directional", "coulomb": 0.004, "asymmetry": 0.2, "viscous_asymmetry": -0.1},

@@ -46,6 +46,7 @@ def harmonic(order):
         (LAYOUTS["microstep table"], 2, True),
         (LAYOUTS["supply"], 2, True),
         (LAYOUTS["saliency"], 2, True),
+        (LAYOUTS["detent hysteresis"], 2, True),
     ],
 )
 def test_steps_after_which_it_may_repeat(changes, steps, mirrored):

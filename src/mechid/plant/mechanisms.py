@@ -13,6 +13,7 @@ from mechid.plant import (
     cable,
     current_limit,
     dc_motor,
+    detent_hysteresis,
     friction,
     microstep_table,
     saliency,
@@ -184,7 +185,10 @@ def _stepper(layout: Layout, drive: str) -> Parts:
     currents = {f"current_phase_{x.lower()}": f"{where[x]}.i_{x}" for x in PHASES}
     if layout.phases == STAR:
         currents = {f"current_phase_{x}": f"windings.i_phase_{x}" for x in "abc"}
-    return [*phases, *detents, motor_torque(orders, holding)], wiring, currents
+    lagging = detent_hysteresis.TABLE in layout.tables
+    if lagging:
+        detents.append(detent_hysteresis.hysteresis())
+    return [*phases, *detents, motor_torque(orders, holding, lagging=lagging)], wiring, currents
 
 
 def _phases(layout: Layout, drive: str) -> Parts:

@@ -9,7 +9,7 @@ from sympy import Expr, Float, Integer, Symbol, pi, sin, symbols
 from sympy.parsing.sympy_parser import parse_expr
 
 from mechid.parameter import Declaration, Role
-from mechid.plant import current_limit, detent, saliency, supply
+from mechid.plant import current_limit, detent, detent_hysteresis, saliency, supply
 from mechid.plant.block import Block, Extension
 from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 from mechid.plant.phases import HARMONIC, STAR, harmonic_of_axis, phase_currents, torque_share
@@ -320,8 +320,8 @@ def _harmonics(orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
 HOLDING = "holding torque"
 
 
-def motor_torque(orders: Sequence[int | None], holding: str | None = None) -> Block:
-    """T_mot = T_A + T_B - T_D, equation (5) of [Kornienko2013]_; N m.
+def motor_torque(orders: Sequence[int | None], holding: str | None = None, *, lagging: bool = False) -> Block:
+    """T_mot = T_A + T_B - T_D, equation (5) of [Kornienko2013]_, less the hysteresis of the detents; N m.
 
     Parameters
     ----------
@@ -329,16 +329,20 @@ def motor_torque(orders: Sequence[int | None], holding: str | None = None) -> Bl
         Periods per electrical period of the detents, None where not an integer.
     holding : str or None
         Torque of one phase at rest in the file's symbols, if known.
+    lagging : bool
+        Whether the detent torque has hysteresis.
     """
     T_coils, T_mot = symbols("T_coils T_mot")
-    T_D = symbols(f"T_D1:{len(orders) + 1}")
+    T_D = (*symbols(f"T_D1:{len(orders) + 1}"), *((detent_hysteresis.T_hys,) if lagging else ()))
+    scale = parse_expr(holding) if holding else None
+    further = () if lagging or scale is None else (detent_hysteresis.extension(scale),)
     return Block(
         name="motor",
         table="stepper",
         inputs=(T_coils, *T_D),
         terms={T_mot: T_coils - sum(T_D)},
         outputs={"T_mot": T_mot},
-        scales={HOLDING: parse_expr(holding)} if holding else {},
-        extensions=detent.extensions(orders, parse_expr(holding)) if holding else (),
-        series=(detent.series(parse_expr(holding)),) if holding else (),
+        scales={} if scale is None else {HOLDING: scale},
+        extensions=() if scale is None else (*detent.extensions(orders, scale), *further),
+        series=() if scale is None else (detent.series(scale),),
     )
