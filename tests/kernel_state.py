@@ -39,7 +39,7 @@ def twin_state(run) -> TwinState:
     at, w, discrete = places(kernel), buffers.w, buffers.discrete
     x, z = w[at["AT_X"] : at["END_X"]], w[at["AT_Z"] : at["END_Z"]]
     modes = discrete[at["MODE"] : at["MODE"] + at["NS"]]
-    armed = discrete[at["ARMED"] :].reshape(at["NS"], -1)
+    armed = discrete[at["ARMED"] : at["GROUPS"]].reshape(at["NS"], -1)
     counts = [len(list(s.guards.values())[m]) for s, m in zip(run.simulator.plant.switches, modes, strict=True)]
     m = len(run.simulator.sensitive)
     rows = at["NX"] + at["NF"]

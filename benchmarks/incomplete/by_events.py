@@ -28,6 +28,7 @@ ABSENT = (
     "warming",
     "inductance_share",
     "chopper",
+    "lag_torque",
     "cross_gain",
 )
 """Sizes of effects that this simulator has not."""

@@ -107,6 +107,10 @@ def _warming(rng: np.random.Generator) -> Size:
     return {"warming": log_uniform(rng, 0.02, 0.2), "warming_s": log_uniform(rng, 1.0, 10.0)}
 
 
+def _detent_hysteresis(rng: np.random.Generator) -> Size:
+    return {"lag_torque": log_uniform(rng, 5e-4, 3e-3), "lag_angle": math.radians(log_uniform(rng, 5.0, 30.0))}
+
+
 def _friction_over_angle(rng: np.random.Generator) -> Size:
     period = math.radians(log_uniform(rng, 1.0, 10.0))
     return {"angle_share": log_uniform(rng, 0.05, 0.5), "angle_period": period, "angle_phase": phase(rng)}
@@ -197,6 +201,11 @@ EFFECTS: Mapping[str, Effect] = {
         _cross_axis_mode,
         in_library=False,
         in_mechanism=False,
+    ),
+    "detent_hysteresis": Effect(
+        "hysteresis of the detent torque, 0.5 to 3 mN m, built up over 5 to 30 deg electrical",
+        _detent_hysteresis,
+        in_library=False,
     ),
 }
 NOTHING = "nothing"

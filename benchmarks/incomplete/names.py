@@ -22,6 +22,7 @@ PLAIN = {
     "clock": "clock",
     "cross_axis_mode": "housing.second_mode",
     "inductance_over_angle": "stepper.saliency",
+    "detent_hysteresis": "stepper.detent_hysteresis",
 }
 NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warming", "chopper_ripple")
 """What no block holds, or what is noise: nothing is to be named for it."""

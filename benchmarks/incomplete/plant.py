@@ -15,8 +15,8 @@ BISECTIONS = 48
 MOST_SWITCHES = 200
 """Within one step, at most; what is left of the step after them is left out."""
 I_A, I_B, ALPHA, OMEGA, ALPHA_GEAR, OMEGA_GEAR, Z, Z_RATE, HYSTERESIS, CROSS, CROSS_RATE, AMPLIFIER, ALIAS = range(13)
-STATES = 17
-"""Those above and, from ALIAS on, two second-order sections of the anti-alias filter."""
+LAG, STATES = 17, 18
+"""Those above; from ALIAS on two second-order sections of the anti-alias filter; the lag of the detents."""
 ROTOR, OUTPUT, FLANK = range(3)
 """Places of the modes. A flank's is the one that touches, 0 in the gap."""
 FREE = 2
@@ -82,6 +82,9 @@ class Values(NamedTuple):
     warming: float = 0.0
     warming_s: float = 1.0
     inductance_share: float = 0.0
+    # hysteresis of the detents: torque, and the electrical angle over which it builds up
+    lag_torque: float = 0.0
+    lag_angle: float = 1.0
     chopper: float = 0.0
     chopper_hz: float = 1000.0
     # the rig and its instruments: second mode; high-pass; Butterworth low-pass of order 2 or 4 (0: none)
@@ -126,7 +129,7 @@ def _motor(v, s):
     torque -= v.detent_2 * np.sin(v.detent_order_2 * a + v.detent_phase_2)
     if v.detent_3 != 0.0:
         torque -= v.detent_3 * np.sin(v.detent_order_3 * a + v.detent_phase_3)
-    return torque
+    return torque - v.lag_torque * s[LAG]
 
 
 @njit(cache=True)
@@ -202,6 +205,7 @@ def _rates(v, t, s, held, modes, ds):
     ds[Z] = s[Z_RATE]
     ds[Z_RATE] = v.w_0**2 * (v.K_res * resulting - s[Z]) - 2.0 * v.zeta * v.w_0 * s[Z_RATE]
     ds[HYSTERESIS] = v.hysteresis_stiffness * (twist_rate - abs(twist_rate) * s[HYSTERESIS] / v.hysteresis_torque)
+    ds[LAG] = v.half_poles * (s[OMEGA] - abs(s[OMEGA]) * s[LAG]) / v.lag_angle
     total = v.cross_gain * (resulting + applied)
     ds[CROSS] = s[CROSS_RATE]
     ds[CROSS_RATE] = v.cross_w**2 * (total - s[CROSS]) - 2.0 * v.cross_zeta * v.cross_w * s[CROSS_RATE]

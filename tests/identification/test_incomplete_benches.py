@@ -86,6 +86,9 @@ BLOCKS = {
     "imbalance": _imbalance,
     "phase_offset": _imbalance,
     "inductance_over_angle": lambda table, s: table["stepper"].update(saliency={"share": s["inductance_share"]}),
+    "detent_hysteresis": lambda table, s: table["stepper"].update(
+        detent_hysteresis={"torque": s["lag_torque"], "angle_deg": math.degrees(s["lag_angle"])}
+    ),
     "kinematic_error": _harmonic("gear", "kinematic_error", "kinematic"),
     "backlash": lambda table, s: table["gear"].update(law="backlash", backlash=s["backlash"]),
     "output_friction": _output_friction,

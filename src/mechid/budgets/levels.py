@@ -163,7 +163,7 @@ def quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, confi
     high = size[order[min(at + 1, size.size - 1)]] + reach
     inside, near = size < low - reach, (size >= low - reach) & (size <= high + reach)
     rest = confidence - float(weights[inside].sum())
-    weight, centre, width = weights[near], centres[near], _widened(sigmas)[near]
+    weight, centre, width = weights[near], centres[near], _least_widths(sigmas)[near]
 
     def excess(x: float) -> float:
         return float(weight @ _below(x, centre, width)) - rest
@@ -175,7 +175,7 @@ def share_below(x: float, centres: FloatArray, sigmas: FloatArray) -> FloatArray
     """Return P(|e| <= x) of each part of a mixture, some of zero width."""
     if not np.any(sigmas > 0.0):
         return np.asarray(np.abs(centres) <= x, dtype=np.float64)
-    return _below(x, centres, _widened(sigmas))
+    return _below(x, centres, _least_widths(sigmas))
 
 
 def _below(x: float, centres: FloatArray, width: FloatArray) -> FloatArray:
@@ -183,6 +183,6 @@ def _below(x: float, centres: FloatArray, width: FloatArray) -> FloatArray:
     return np.asarray(ndtr((x - centres) / width) - ndtr((-x - centres) / width))
 
 
-def _widened(sigmas: FloatArray) -> FloatArray:
+def _least_widths(sigmas: FloatArray) -> FloatArray:
     """Return widths: a part of zero width becomes a very narrow Gaussian, so that the sum stays continuous."""
     return np.asarray(np.maximum(sigmas, 1e-9 * sigmas.max()))
