@@ -50,21 +50,29 @@ def test_it_writes_the_files_of_the_contract(run, fit, bench, tmp_path, target, 
     assert "Grade A" in " ".join(result.stdout.split())
 
 
-@pytest.mark.parametrize("target", ["c", "fmu", "linear", "tables"])
+WORDS = {
+    "no": "The mechanism as it flies, without [housing]; --option stand=yes hands on the bench.",
+    "yes": "The mechanism as on the bench, with [housing]; its base is at rest.",
+}
+QUICK = (("c", "no"), ("linear", "yes"))
+"""tests/exports/test_stand.py has every target in both."""
+
+
 @pytest.mark.parametrize(
-    ("stand", "words"),
+    ("target", "stand"),
     [
-        ("no", "The mechanism as it flies, without [housing]; --option stand=yes hands on the bench."),
-        ("yes", "The mechanism as on the bench, with [housing]; its base is at rest."),
+        pytest.param(target, stand, marks=[] if (target, stand) in QUICK else [pytest.mark.slow])
+        for target in ("c", "fmu", "linear", "tables")
+        for stand in WORDS
     ],
 )
-def test_the_first_line_says_which_mechanism_it_is(run, fit, bench, tmp_path, target, stand, words):
+def test_the_first_line_says_which_mechanism_it_is(run, fit, bench, tmp_path, target, stand):
     """Truth: the sentence of each, printed and in mechid_export.json; what is written passes its check."""
     more = ("--option", "rates=46") if target in ("linear", "tables") else ()
     result = run(*asked(fit, bench, tmp_path / "out", target, "--option", f"stand={stand}", *more))
     assert result.exit_code == 0, result.stderr
     said = json.loads((tmp_path / "out" / "mechid_export.json").read_text(encoding="utf-8"))
-    assert result.stdout.splitlines()[0] == said["mechanism"] == said["provenance"]["mechanism"] == words
+    assert result.stdout.splitlines()[0] == said["mechanism"] == said["provenance"]["mechanism"] == WORDS[stand]
 
 
 def test_bad_input_in_one_line(refused, fit, bench, tmp_path):

@@ -130,7 +130,13 @@ HOUSINGS = {
 }
 
 
-@pytest.mark.parametrize("name", HOUSINGS)
+QUICK = ("whole", "weight")
+"""All stages together, and a stand without a housing."""
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in HOUSINGS]
+)
 def test_linear_models_follow_the_equations_of_the_bench(paper, name):
     """Truth: the nonlinear equations with the stand's filters; the tolerance of the export."""
     found = linear(bench_of(paper, HOUSINGS[name]), stand=True)
