@@ -111,6 +111,11 @@ def winding_rates(i, u, alpha, omega, q, harmonics=()):
     return *rates, torque
 
 
+def detents_over_temperature(q):
+    """Return the factor of the detents: 0.2 % less for each kelvin has to be -0.002 a kelvin."""
+    return 1.0 + q.get("c_detent", 0.0) * q.get("dT_motor", 0.0)
+
+
 def detent_lag(omega, h, q):
     """Return the torque of the detents' hysteresis, and the rate of its share h over p/2 times the rotor's way."""
     if "T_hd" not in q:

@@ -155,6 +155,7 @@ LAYOUTS = {
         }
     },
     "detent hysteresis": {"stepper": {"detent_hysteresis": {"torque": 0.004, "angle_deg": 20.0}}},
+    "magnet": {"stepper": {"magnet": {"temperature_rise": 40.0, "detent_per_K": -2e-3}}},
     "saliency": {"stepper": {"saliency": {"share": 0.08}}},
     "torque_harmonic": {
         "stepper": {

@@ -34,6 +34,8 @@ class Role(StrEnum):
     """Level of dry friction at the motor: a torque that opposes motion at any speed."""
     WINDING_RESISTANCE = "winding resistance"
     """Of copper: it rises by 0.39 % per kelvin of winding temperature."""
+    TEMPERATURE = "temperature"
+    """Temperature of the motor above that of the file's values."""
     TRANSDUCER_GAIN = "transducer gain"
     """Gain of the transducer's signal conditioning."""
     CUT_OFF = "cut-off"

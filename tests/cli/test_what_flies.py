@@ -78,6 +78,7 @@ FREE = {
     "transducer": ({"transducer": {"law": "gain", "gain": 1.1}}, ["transducer.gain"]),
     "imbalance": (LAYOUTS["imbalance"], ["stepper.imbalance.torque_constant"]),
     "detent hysteresis": (LAYOUTS["detent hysteresis"], ["stepper.detent_hysteresis.torque"]),
+    "magnet": (LAYOUTS["magnet"], ["stepper.magnet.detent_per_K"]),
     "saliency": (LAYOUTS["saliency"], ["stepper.saliency.share"]),
     "kinematic_error": (LAYOUTS["kinematic_error"], ["gear.kinematic_error.0.amplitude"]),
     "torque_harmonic": (LAYOUTS["torque_harmonic"], ["stepper.torque_harmonic.1.phase_deg"]),

@@ -6,6 +6,7 @@ import pytest
 from hand_typed import motor_torque
 from hand_typed_blocks import (
     detent_lag,
+    detents_over_temperature,
     driven,
     flexible_load,
     friction_torque,
@@ -49,7 +50,7 @@ def by_hand(name, m, x, u):
     di_A, di_B, T_coils = winding_rates(
         (x["i_A"], x["i_B"]), supplied(u, (x["i_A"], x["i_B"]), q), x["alpha"], x["omega"], q, harmonics
     )
-    T_mot = T_coils + motor_torque((0.0, 0.0, x["alpha"]), q, (4, 2))
+    T_mot = T_coils + detents_over_temperature(q) * motor_torque((0.0, 0.0, x["alpha"]), q, (4, 2))
     lag, lag_rate = detent_lag(x["omega"], x.get("h_detent", 0.0), q)
     T_mot -= lag
     modes = [(x[f"q_{k}"], x[f"v_{k}"]) for k in (1, 2) if f"q_{k}" in x]

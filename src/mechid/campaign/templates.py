@@ -224,7 +224,7 @@ and may have
                  of a table beside the torque, see docs/six_components.md:
                  {", ".join(COMPONENTS)}
   time           {{ column = "Time", unit = "ms" }} where the time column is not found by its name
-  peak_voltage   supply of this record alone; also peak_current, and coil_resistance where it was warmer
+  peak_voltage   supply of this record alone; also peak_current; coil_resistance and temperature_rise where warmer
   test_stand     {{ transducer.gain = {{ value = 1.0, min = 0.8, max = 1.2 }} }}: of this record alone
   start_state    {{ rate = {{ value = 0.0, min = -2.0, max = 2.0 }} }}: with start = "estimated" in command, how far
                  off its start may be; without it of a size that the mechanism tells

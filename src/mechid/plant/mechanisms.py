@@ -15,6 +15,7 @@ from mechid.plant import (
     dc_motor,
     detent_hysteresis,
     friction,
+    magnet,
     microstep_table,
     saliency,
     supply,
@@ -185,10 +186,9 @@ def _stepper(layout: Layout, drive: str) -> Parts:
     currents = {f"current_phase_{x.lower()}": f"{where[x]}.i_{x}" for x in PHASES}
     if layout.phases == STAR:
         currents = {f"current_phase_{x}": f"windings.i_phase_{x}" for x in "abc"}
-    lagging = detent_hysteresis.TABLE in layout.tables
-    if lagging:
-        detents.append(detent_hysteresis.hysteresis())
-    return [*phases, *detents, motor_torque(orders, holding, lagging=lagging)], wiring, currents
+    lagging, warm = detent_hysteresis.TABLE in layout.tables, magnet.TABLE in layout.tables
+    detents += [detent_hysteresis.hysteresis()] * lagging + [magnet.magnet()] * warm
+    return [*phases, *detents, motor_torque(orders, holding, lagging=lagging, warm=warm)], wiring, currents
 
 
 def _phases(layout: Layout, drive: str) -> Parts:

@@ -9,7 +9,7 @@ from sympy import Expr, Float, Integer, Symbol, pi, sin, symbols
 from sympy.parsing.sympy_parser import parse_expr
 
 from mechid.parameter import Declaration, Role
-from mechid.plant import current_limit, detent, detent_hysteresis, saliency, supply
+from mechid.plant import current_limit, detent, detent_hysteresis, magnet, saliency, supply
 from mechid.plant.block import Block, Extension
 from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 from mechid.plant.phases import HARMONIC, STAR, harmonic_of_axis, phase_currents, torque_share
@@ -320,8 +320,10 @@ def _harmonics(orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
 HOLDING = "holding torque"
 
 
-def motor_torque(orders: Sequence[int | None], holding: str | None = None, *, lagging: bool = False) -> Block:
-    """T_mot = T_A + T_B - T_D, equation (5) of [Kornienko2013]_, less the hysteresis of the detents; N m.
+def motor_torque(
+    orders: Sequence[int | None], holding: str | None = None, *, lagging: bool = False, warm: bool = False
+) -> Block:
+    """T_mot = T_A + T_B - T_D, equation (5) of [Kornienko2013]_, T_D with its hysteresis and over temperature; N m.
 
     Parameters
     ----------
@@ -331,6 +333,8 @@ def motor_torque(orders: Sequence[int | None], holding: str | None = None, *, la
         Torque of one phase at rest in the file's symbols, if known.
     lagging : bool
         Whether the detent torque has hysteresis.
+    warm : bool
+        Whether it changes with the motor's temperature.
     """
     T_coils, T_mot = symbols("T_coils T_mot")
     T_D = (*symbols(f"T_D1:{len(orders) + 1}"), *((detent_hysteresis.T_hys,) if lagging else ()))
@@ -339,8 +343,8 @@ def motor_torque(orders: Sequence[int | None], holding: str | None = None, *, la
     return Block(
         name="motor",
         table="stepper",
-        inputs=(T_coils, *T_D),
-        terms={T_mot: T_coils - sum(T_D)},
+        inputs=(T_coils, *T_D, *((magnet.factor,) if warm else ())),
+        terms={T_mot: T_coils - (magnet.factor if warm else 1) * sum(T_D)},
         outputs={"T_mot": T_mot},
         scales={} if scale is None else {HOLDING: scale},
         extensions=() if scale is None else (*detent.extensions(orders, scale), *further),

@@ -18,6 +18,7 @@ from mechid.plant import (
     gear_laws,
     gear_mesh,
     housing,
+    magnet,
     microstep_table,
     saliency,
     supply,
@@ -108,6 +109,7 @@ _ALL = (
     ),
     Table("stepper.imbalance", "phase A and phase B apart", optional=True),
     Table(detent_hysteresis.TABLE, "hysteresis of the detent torque", optional=True),
+    Table(magnet.TABLE, "magnet of the rotor over temperature", optional=True),
     Table(saliency.TABLE, "inductance of the coils over the rotor's angle", optional=True),
     Table(current_limit.TABLE, "what limits a current drive; without it currents jump", optional=True),
     Table(supply.TABLE, "source that feeds the driver; without it the voltage stands", optional=True),
@@ -173,6 +175,7 @@ MOTOR_OF_RECORD: Mapping[str, Role] = {
     "peak_voltage": Role.SUPPLY,
     "peak_current": Role.SUPPLY,
     "coil_resistance": Role.WINDING_RESISTANCE,
+    magnet.RISE: Role.TEMPERATURE,
 }
 """Keys of the motor's parameters for which a record may have a value of its own, with their roles."""
 
