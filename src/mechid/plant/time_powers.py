@@ -17,7 +17,9 @@ from mechid.plant.plant import Plant
 from mechid.units import SI_UNIT, time_power
 
 COMMON = {
-    **dict.fromkeys(("1", "rad", "deg", "m", "N", "N m", "N*m", "N m/rad", "N/m", "N m/A", "V s/rad", "A", "H"), 0.0),
+    **dict.fromkeys(
+        ("1", "rad", "deg", "m", "N", "N m", "N*m", "N m/rad", "N/m", "N m/A", "V s/rad", "A", "H", "K", "1/K"), 0.0
+    ),
     **dict.fromkeys(("rad/s", "m/s", "Hz", "V", "ohm"), -1.0),
     **dict.fromkeys(("s", "N m s/rad", "N s/m"), 1.0),
     **dict.fromkeys(("kg", "kg m2"), 2.0),
