@@ -89,9 +89,9 @@ def _records(source: Source, hints: Hints | None) -> Iterator[tuple[Record, Driv
     path = source
     if path.suffix.lower() == TOML or (path / FILE_NAME).is_file():
         named, phases = load_named_lines(path), load_phases(path)
-        for record in load_records(path):
-            drive = _drive(record, named)
-            yield _data(record), replace(drive, command=drive.command.for_phases(phases))
+        for one in load_records(path):
+            drive = _drive(one, named)
+            yield _data(one), replace(drive, command=drive.command.for_phases(phases))
     else:
         yield from ((record, None) for record in read_bare(path, hints))
 
