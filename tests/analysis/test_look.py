@@ -91,3 +91,14 @@ def test_gaps_clipping_and_spikes_are_found_where_they_are():
     assert 7_777 in channel.spikes
     assert len(channel.clipped) == 40
     assert channel.rms == pytest.approx(np.std(y))
+
+
+def test_three_phases_have_lines_at_sixths():
+    """Truth: sines of 0.2 and 0.1 N m at a sixth and a third of the step rate, the orders of six steps a period."""
+    y = 0.2 * np.sin(2.0 * np.pi * 5.0 * TIME) + 0.1 * np.sin(2.0 * np.pi * 10.0 * TIME) + noise(0, 1e-3)
+    command = Command(stepping="full", microsteps=1, rate=RateProfile.constant(30.0), phases=3)
+    (channel,) = look_at(record(y), Drive(command=command)).channels
+    found = {round(one.order, 6): one.amplitude for one in channel.step_lines}
+    assert found[round(1 / 6, 6)] == pytest.approx(0.2, rel=0.01)
+    assert found[round(1 / 3, 6)] == pytest.approx(0.1, rel=0.01)
+    assert {round(one.order, 6) for one in channel.lines if one.order} == {round(1 / 6, 6), round(1 / 3, 6)}

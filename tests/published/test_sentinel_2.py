@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 import mechid
+from mechid.budgets.files import budget_texts
+from paper_estimate import estimate_of, write_estimate
 
 RATIO = 184.0
 STEPS_PER_DEG = RATIO / 1.8
@@ -25,8 +27,8 @@ DERIVED = {
 SIZES = {"mesh 1": 0.003, "mesh 2": 0.002, WHEEL_2: 0.004, WHEEL_3: 0.005, WHEEL_4: 0.003}
 
 
-def drive():
-    """Return the mechanism; its dynamics do not matter here."""
+def drive(**parts):
+    """Return the mechanism, with further entries of its gear; its dynamics do not matter here."""
     return mechid.make_mechanism(
         {
             "stepper": {
@@ -43,6 +45,7 @@ def drive():
                 "stiffness": 5e4,
                 "damping": 20.0,
                 "mesh": [{"teeth": [74, 69]}, {"teeth": [75, 80], "ratio_behind": 185}],
+                **parts,
             },
             "load": {"inertia": 10.0},
         }
@@ -81,3 +84,45 @@ def test_a_look_at_a_turn_of_the_array_finds_them(note):
     for name in ("mesh 1", "mesh 2"):
         nearest = in_spectrum[np.argmin(np.abs(in_spectrum - DERIVED[rate][name]))]
         assert nearest == pytest.approx(DERIVED[rate][name], rel=1e-3)
+
+
+BUDGET = """
+estimate = "estimate.json"
+axis = "rz"
+[structure]
+file = "structure.toml"
+coupled_below_hz = 1.0
+[[mode]]
+name = "tracking"
+command = {{ stepping = "micro", microsteps = 16 }}
+rates = [{rate}]
+highest_hz = 40.0
+"""
+STRUCTURE = """
+axis = "rz"
+line_of_sight = ["x"]
+[[mode]]
+frequency_hz = 30.0
+damping = 0.005
+interface = 0.03
+line_of_sight = [0.01]
+"""
+
+
+def test_a_budget_has_them(tmp_path, note):
+    """Derived: frequencies as above to 0.1 %, names in the budget's numbers and in its table of lines."""
+    rate = 0.205
+    errors = [{"order": name, "amplitude": 1e-6, "phase_deg": 30.0 * k} for k, name in enumerate(SIZES)]
+    mechanism = drive(kinematic_error=errors)
+    write_estimate(tmp_path, mechanism, estimate_of(mechanism, ("gear.damping",)))
+    (tmp_path / "structure.toml").write_text(STRUCTURE, encoding="utf-8")
+    (tmp_path / "budget.toml").write_text(BUDGET.format(rate=rate * STEPS_PER_DEG), encoding="utf-8")
+    made = mechid.budget(tmp_path / "budget.toml")
+    found = {one["name"]: one for one in made.to_dict()["modes"][0]["named_lines"]}
+    for name, derived in DERIVED[rate].items():
+        one = found[name]
+        note(f"Sentinel-2, budget: {name} at {one['frequency_hz']:.5f} Hz, {one['torque_Nm']:.3e} N m")
+        assert one["frequency_hz"] == pytest.approx(derived, rel=1e-3, abs=5e-5)
+        assert one["torque_Nm"] > 0.0
+    rows = "".join(budget_texts(made, made.to_dict())["harmonics.csv"]).splitlines()
+    assert {row.rpartition(",")[2] for row in rows} >= {*SIZES}

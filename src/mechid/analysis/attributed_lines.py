@@ -33,12 +33,21 @@ class AttributedLine:
 
 
 def attribute_line(
-    line: Line, mains: Sequence[MainsLine], rate: float | None, bin_hz: float, named: Sequence[NamedLine] = ()
+    line: Line,
+    mains: Sequence[MainsLine],
+    rate: float | None,
+    bin_hz: float,
+    named: Sequence[NamedLine] = (),
+    *,
+    parts: int = ORDER.quarters,
 ) -> AttributedLine:
-    """Attribute a line to an order of the step rate, named lines and mains hum, where its frequency matches."""
+    """Attribute a line to an order of the step rate, named lines and mains hum, where its frequency matches.
+
+    `parts` is the denominator of fractional orders: the full steps of an electrical period.
+    """
     near = [one for one in mains if abs(one.line.frequency_hz - line.frequency_hz) < bin_hz]
     # Integer orders first: they are more likely, and a match by chance is rarer among them.
-    orders = (_order(line.frequency_hz, rate, parts, bin_hz) for parts in (1, ORDER.quarters) if rate)
+    orders = (_order(line.frequency_hz, rate, each, bin_hz) for each in (1, parts) if rate)
     order = next((order for order in orders if order), None)
     reach = _reach(line.frequency_hz, bin_hz)
     own = [one for one in named if rate and one.order and abs(one.order * rate - line.frequency_hz) <= reach]

@@ -14,6 +14,7 @@ from mechid.analysis.named_orders import named_orders
 from mechid.analysis.noise_evidence import NoiseEvidence, noise_evidence
 from mechid.analysis.order_tracking import ORDERS, OrderLine, order_lines
 from mechid.analysis.prediction import Travel
+from mechid.analysis.settings import ORDER
 from mechid.analysis.step_lines import NamedStepLine, StepLine, average_named, average_orders
 from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, MeasuredCommand, RateProfile, Timing
@@ -39,6 +40,8 @@ from mechid.simulation.simulator import TimeBase
 
 MORE_ORDERS = (0.25, *ORDERS, 6.0, 8.0)
 """Orders of the step rate; a quarter, since the currents of a two-phase motor repeat after four full steps."""
+SIXTHS = (1.0 / 6.0, 1.0 / 3.0, *ORDERS, 6.0, 8.0)
+"""The same for three phases, whose currents repeat after six."""
 DEFAULT_MICROSTEPS = 16
 
 
@@ -150,7 +153,8 @@ def _look_at(record: Record, declared: Drive | None) -> RecordLook:
     travel = _travel(declared, suggested, base)
     steps = _microsteps(declared, suggested)
     named = declared.named if declared else ()
-    channels = [_channel(c, spectrum, found, travel, base, steps, named) for c, spectrum, found in each]
+    period = declared.command.full_steps if declared else ORDER.quarters
+    channels = [_channel(c, spectrum, found, travel, base, (steps, period), named) for c, spectrum, found in each]
     return RecordLook(
         record=record,
         declared=declared,
@@ -195,10 +199,12 @@ def _channel(
     lines: Sequence[Line],
     travel: Travel | None,
     base: TimeBase,
-    steps: int,
+    steps_and_period: tuple[int, int],
     named: Sequence[NamedLine],
 ) -> ChannelLook:
-    line, fs = fit_line(channel.data, 2), base.sample_rate_hz
+    """Examine a channel; the driver's microsteps a full step and full steps an electrical period give its orders."""
+    (steps, period), fs = steps_and_period, base.sample_rate_hz
+    line = fit_line(channel.data, 2)
     middle = mean(channel.data)
     y = Remainder(channel.data, Trend(middle))
     frequency, density = power_density(y, fs)
@@ -207,7 +213,8 @@ def _channel(
     noise = noise_evidence(channel, fs, [one for one in quiet if _is_at_rest(one, travel, steps)])
     constant = _constant_rate(travel)
     level = Remainder(channel.data, line)
-    orders = (*MORE_ORDERS, float(steps)) if steps > max(MORE_ORDERS) else MORE_ORDERS
+    usual = SIXTHS if period == 6 else MORE_ORDERS
+    orders = (*usual, float(steps)) if steps > max(usual) else usual
     # Orders are defined by the travel, so without a rate there are none.
     tracked = tuple(order_lines((level,), travel, fs, orders)) if travel else ()
     mains = mains_lines(spectrum)
@@ -226,10 +233,10 @@ def _channel(
         density=density,
         bands=bands,
         below_rms=rms_below(frequency, density, bands),
-        lines=tuple(attribute_line(one, mains, constant, spectrum.bin_hz, named) for one in lines),
-        mains=tuple(attribute_line(one.line, (one,), constant, spectrum.bin_hz, named) for one in mains),
+        lines=tuple(attribute_line(one, mains, constant, spectrum.bin_hz, named, parts=period) for one in lines),
+        mains=tuple(attribute_line(one.line, (one,), constant, spectrum.bin_hz, named, parts=period) for one in mains),
         step_lines=average_orders(tracked),
-        named_lines=average_named(named_orders(level, travel, fs, named, MORE_ORDERS).lines, named) if travel else (),
+        named_lines=average_named(named_orders(level, travel, fs, named, usual).lines, named) if travel else (),
         over_rate=() if constant else tracked,
         resonances=measured_resonances(
             () if constant else tracked,

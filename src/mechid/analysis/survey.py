@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 from mechid.analysis.look import Drive, RecordLook, look_at
 from mechid.campaign.campaign import Campaign, CampaignRecord
-from mechid.campaign.campaign_file import FILE_NAME, load_named_lines, load_records
+from mechid.campaign.campaign_file import FILE_NAME, load_named_lines, load_phases, load_records
 from mechid.campaign.campaign_in_code import RecordEntry, read_single_record
 from mechid.display import DisplayedResult
 from mechid.errors import RecordError
@@ -88,8 +88,10 @@ def _records(source: Source, hints: Hints | None) -> Iterator[tuple[Record, Driv
         return
     path = source
     if path.suffix.lower() == TOML or (path / FILE_NAME).is_file():
-        named = load_named_lines(path)
-        yield from ((_data(record), _drive(record, named)) for record in load_records(path))
+        named, phases = load_named_lines(path), load_phases(path)
+        for one in load_records(path):
+            drive = _drive(one, named)
+            yield _data(one), replace(drive, command=drive.command.for_phases(phases))
     else:
         yield from ((record, None) for record in read_bare(path, hints))
 

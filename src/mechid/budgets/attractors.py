@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.budgets.incommensurate import map_period
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orbit import find_orbit
 from mechid.budgets.period_map import PeriodMap
@@ -57,7 +58,7 @@ def _find_state(task: tuple[_AtRate, FloatArray | None]) -> SteadyState | int:
         endless = [k for k, state in enumerate(at.known) if not state.periods]
         if endless and find_orbit(p, x) is None:
             return endless[0]
-    return steady_state(p.mechanism, p.mode, p.rate, p.names, p.substeps, start)
+    return steady_state(p.of_whole.mechanism, p.mode, p.rate, p.names, p.substeps, start)
 
 
 def steady_states(
@@ -83,7 +84,7 @@ def steady_states(
     """
     substeps = enough_substeps(mechanism, mode, names)
     lined = with_line_filter(mechanism, cut_off(mode))
-    rates = [_AtRate(PeriodMap(lined, mode, float(rate), tuple(names), substeps)) for rate in mode.rates]
+    rates = [_AtRate(map_period(lined, mode, float(rate), names, substeps)) for rate in mode.rates]
     starts: list[tuple[int, str, FloatArray | None]] = [(k, FROM_REST, None) for k in range(len(rates))]
     while starts:
         tried = map_tasks(_find_state, [(rates[k], x) for k, _, x in starts], workers)

@@ -18,6 +18,7 @@ from mechid.budgets.tables import (
     emission_table,
     mode_facts,
     mode_table,
+    named_table,
     requirement_table,
     share_table,
     side_table,
@@ -73,6 +74,10 @@ THIRD_OCTAVES = (
     "RMS in third octaves at the rate of the largest bound: the modelled torque, the unmodelled torque in the "
     f"residuals of the records, and the 95 % bound of both together. Every rate is in {EMISSION}, every line "
     f"with its bound in {HARMONICS}."
+)
+NAMED = (
+    "Orders that the mechanism file names, as those of its tooth meshes. A mesh has further lines, whole orders of the "
+    "step rate away; harmonics.csv has all of them at every rate."
 )
 BESIDE = (
     "Lines measured on the bench: those whose phase to the torque's line is known add to it, the others by their "
@@ -187,6 +192,9 @@ def _of_mode(mode: Data) -> Iterator[Part]:
     envelope = _picture(mode, "envelope", "Largest torque line by third octave of")
     bands = (Words(THIRD_OCTAVES), Rows(emission_table(mode))) if mode["emission_rows"] else ()
     yield Section("Envelope of the torque over frequency", (envelope, *bands), where=IN_DOCUMENTS)
+    if mode["named_rows"]:
+        named = (Words(NAMED, where=IN_DOCUMENTS), Rows(named_table(mode)))
+        yield Section(f"Lines of named orders, at {text['worst_rate']} steps/s", named)
     if mode["side_rows"]:
         beside = (Words(BESIDE, where=IN_DOCUMENTS), Rows(side_table(mode)))
         yield Section(f"Forces and moments beside the torque, at {text['worst_rate']} steps/s", beside)

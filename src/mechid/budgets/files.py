@@ -10,6 +10,7 @@ import numpy as np
 from mechid.analysis.residual_emission import TRACKED
 from mechid.budgets.budget import Budget
 from mechid.budgets.emission import line_sigmas
+from mechid.budgets.named_lines import line_names
 from mechid.budgets.numbers import band_edges
 from mechid.budgets.prediction_table import HEADER, predicted_rows
 from mechid.budgets.side_here import COHERENT
@@ -50,31 +51,41 @@ def _harmonics(budget: Budget) -> Iterator[str]:
     """
     yield (
         "mode,rate_steps_per_s,order,frequency_Hz,torque_amplitude_Nm,phase_deg,sigma_Nm,two_way_amplitude_Nm,"
-        "two_way_phase_deg,error_Nm,floor_Nm,samples_a_period,residual_Nm,bound_Nm,residual_carried\n"
+        "two_way_phase_deg,error_Nm,floor_Nm,samples_a_period,residual_Nm,bound_Nm,residual_carried,name\n"
     )
     for made in budget.modes:
         for k, response in enumerate(made.responses):
             s, exerted = response.state, made.emissions[k]
             unmodelled = [
-                f"{residual:.6e},{bound:.6e},{how}\n"
+                f"{residual:.6e},{bound:.6e},{how}"
                 for residual, bound, how in zip(exerted.residual, exerted.bound, exerted.transfer_rules, strict=True)
             ]
             joined = made.two_way_lines(k)[0] if made.two_way else np.full(s.lines.size, np.nan + 0j)
             sigmas = line_sigmas(budget.estimate, s)
-            n = s.lines.size
+            n, names = s.lines.size, line_names(exerted.orders, budget.estimate.mechanism)
             rows = zip(
-                s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.error, s.floor, unmodelled[:n], strict=True
+                s.step_orders,
+                s.frequency_hz,
+                s.lines,
+                sigmas,
+                joined,
+                s.error,
+                s.floor,
+                unmodelled[:n],
+                names[:n],
+                strict=True,
             )
-            for order, f, line, sigma, two_way, error, floor, bound in rows:
+            for order, f, line, sigma, two_way, error, floor, bound, name in rows:
                 phase = "" if np.isnan(two_way) else f"{np.degrees(np.angle(two_way)):.4f}"
                 yield (
-                    f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{abs(line):.9e},"
+                    f"{made.mode.name},{s.rate:.9g},{order:.9g},{f:.9g},{abs(line):.9e},"
                     f"{np.degrees(np.angle(line)):.4f},{sigma:.3e},{_number(abs(two_way))},{phase},{error:.3e},{floor:.3e},"
-                    f"{s.samples_a_period:.9g},{bound}"
+                    f"{s.samples_a_period:.9g},{bound},{name}\n"
                 )
             # Unmodelled lines have a residual and a bound only; the columns of the model stay empty.
-            for order, f, bound in zip(exerted.orders[n:], exerted.frequency_hz[n:], unmodelled[n:], strict=True):
-                yield f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{0.0:.9e},,,,,,,,{bound}"
+            rest = zip(exerted.orders[n:], exerted.frequency_hz[n:], unmodelled[n:], names[n:], strict=True)
+            for order, f, bound, name in rest:
+                yield f"{made.mode.name},{s.rate:.9g},{order:.9g},{f:.9g},{0.0:.9e},,,,,,,,{bound},{name}\n"
 
 
 def _components(budget: Budget) -> Iterator[str]:

@@ -36,7 +36,7 @@ class Lines:
 
     Attributes
     ----------
-    orders : (n,) int
+    orders : (n,)
     values : (n,) complex
         Peak amplitude and phase, N m.
     gradient : (n, p) complex
@@ -51,7 +51,7 @@ class Lines:
     sample_rate_hz : float
     """
 
-    orders: IntArray
+    orders: FloatArray
     values: ComplexArray
     gradient: ComplexArray
     error: FloatArray
@@ -69,7 +69,7 @@ def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
         The mechanism diverged.
     """
     m = orbit.periods
-    skipped = m * math.ceil(_settling_s(period) / (m * period.duration_s))
+    skipped = m * math.ceil(filter_settling_s(period) / (m * period.duration_s))
     orders = _orders(period, m)
     coarse = period.stretch(State(orbit.x, orbit.by_parameter), skipped, m)
     # Derivatives are taken at the coarse resolution only: doubling them would cost p + 1 times as much.
@@ -89,7 +89,13 @@ def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
     # Richardson extrapolation: the error that jumps within a sample cause is halved with the sample.
     power = 2.0 * power - rough
     return Lines(
-        orders[kept], values[kept], found[kept, 1:], error[kept], power, fine.torque, finer * period.sample_rate_hz
+        orders[kept].astype(np.float64),
+        values[kept],
+        found[kept, 1:],
+        error[kept],
+        power,
+        fine.torque,
+        finer * period.sample_rate_hz,
     )
 
 
@@ -103,7 +109,7 @@ def lines_with_scatter(
     FitError
         The mechanism diverged.
     """
-    skipped += math.ceil(_settling_s(period) / period.duration_s)
+    skipped += math.ceil(filter_settling_s(period) / period.duration_s)
     # A whole number of periods in each piece, so that the lines are bins of each piece's spectrum.
     periods = MOTION.pieces * math.ceil(periods / MOTION.pieces)
     stretch, orders = period.stretch(start, skipped, periods), _orders(period, 1)
@@ -114,11 +120,19 @@ def lines_with_scatter(
     power = np.array([np.var(piece) for piece in np.split(stretch.torque, MOTION.pieces)])
     rms = float(np.std(stretch.torque))
     error = float(np.std(power, ddof=1)) / math.sqrt(MOTION.pieces) / (2.0 * rms) if rms > 0.0 else 0.0
-    lines = Lines(orders, found[:, 0], found[:, 1:], _smooth(scatter), rms**2, stretch.torque, period.sample_rate_hz)
+    lines = Lines(
+        orders.astype(np.float64),
+        found[:, 0],
+        found[:, 1:],
+        _smooth(scatter),
+        rms**2,
+        stretch.torque,
+        period.sample_rate_hz,
+    )
     return lines, _residual(stretch.torque, periods), error
 
 
-def _settling_s(period: PeriodMap) -> float:
+def filter_settling_s(period: PeriodMap) -> float:
     """Return the time after which the initial state of the filters has decayed."""
     return MOTION.decayed * filter_decay_s(period.mechanism)
 
@@ -158,10 +172,14 @@ def _lines(period: PeriodMap, stretch: Stretch, rounds: int, times: int, orders:
 
 def _filtered_lines(period: PeriodMap, y: FloatArray, rounds: int, times: int, orders: IntArray) -> ComplexArray:
     """Return the lines (n, k) of filtered samples (N, k) over a number of rounds, the filter's response divided out."""
-    frequency = orders / (times * period.duration_s)
-    through = anti_alias_response(LINE_ORDER, period.mechanism.value(CUT_OFF), frequency)
+    through = through_filter(period, orders / (times * period.duration_s))
     found = 2.0 / len(y) * np.fft.rfft(y, axis=0)[orders * rounds]
     return np.asarray(found / through[:, None], dtype=np.complex128)
+
+
+def through_filter(period: PeriodMap, frequency_hz: FloatArray) -> ComplexArray:
+    """Return the response of the lines' filter at frequencies of either sign, (n,)."""
+    return anti_alias_response(LINE_ORDER, period.mechanism.value(CUT_OFF), frequency_hz)
 
 
 def _residual(y: FloatArray, rounds: int) -> FloatArray:

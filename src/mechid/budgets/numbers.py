@@ -16,6 +16,7 @@ from mechid.budgets.hdf5 import line_of_sight_series
 from mechid.budgets.line_of_sight import Response
 from mechid.budgets.margins import margins
 from mechid.budgets.mode_budget import ModeBudget
+from mechid.budgets.named_lines import named_line_numbers
 from mechid.budgets.named_modes import named_modes
 from mechid.budgets.origin import origin_numbers
 from mechid.budgets.over_rate import torque_bands
@@ -138,6 +139,7 @@ def _steady(budget: Budget, made: ModeBudget) -> dict[str, Any]:
         "over_rate": _over_rate(made),
         "series": _series(made),
         "lines": _lines(made),
+        "named_lines": named_line_numbers(budget, made),
         **side_of_mode(made),
     }
 

@@ -81,7 +81,7 @@ def _with_noise(error: PointingError, source: OtherError, size: FloatArray) -> P
 
 
 def _with_line(error: PointingError, source: OtherError, size: FloatArray) -> PointingError:
-    line = Source(source.name, source.frequency_hz, np.array([1]), size[None, :].astype(np.complex128))
+    line = Source(source.name, source.frequency_hz, np.array([1.0]), size[None, :].astype(np.complex128))
     return replace(error, parts=(*error.parts, line))
 
 

@@ -20,6 +20,7 @@ from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.settings import MOTION
 from mechid.command import Command, RateProfile
 from mechid.errors import FitError
+from mechid.plant.block import PolarPair
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.block import State
 from mechid.simulation.repetition import Repetition, repetition
@@ -86,6 +87,10 @@ class PeriodMap:
         Parameters whose derivatives are needed.
     substeps : int
         Integration steps per sample.
+    whole : Mechanism or None
+        Mechanism with the harmonics that `mechanism` leaves out since they keep it from repeating; None if it is all.
+    apart : tuple of PolarPair
+        These harmonics, whose amplitudes are 0 in `mechanism` and change nothing that repeats.
     """
 
     mechanism: Mechanism
@@ -93,6 +98,8 @@ class PeriodMap:
     rate: float
     names: tuple[str, ...]
     substeps: int
+    whole: Mechanism | None = None
+    apart: tuple[PolarPair, ...] = ()
 
     @cached_property
     def repetition(self) -> Repetition:
@@ -126,6 +133,11 @@ class PeriodMap:
         """Sample rate."""
         return self.samples / self.duration_s
 
+    @property
+    def of_whole(self) -> PeriodMap:
+        """The map with all harmonics."""
+        return self if self.whole is None else replace(self, mechanism=self.whole, whole=None, apart=())
+
     @cached_property
     def command(self) -> Command:
         """Command of the mode at this rate."""
@@ -151,27 +163,39 @@ class PeriodMap:
         FitError
             The mechanism diverged.
         """
-        run = self._run(periods, State(x, np.zeros((x.size, 0))) if x is not None else None, (), 0)
+        run = self._run(periods, State(x, np.zeros((x.size, 0))) if x is not None else None, self._directions[:, :0], 0)
         for _ in run.blocks():
             pass
         self._check(run)
         return self._to_start_frame(run.state.x, periods)
 
-    def __call__(self, x: FloatArray, periods: int = 1, by_parameter: FloatArray | None = None) -> Image:
+    def __call__(
+        self, x: FloatArray, periods: int = 1, by_parameter: FloatArray | None = None, own: FloatArray | None = None
+    ) -> Image:
         """Return the image of a state after some periods.
+
+        Parameters
+        ----------
+        x : (n,)
+        periods : int
+        by_parameter : (n, p) or None
+            Derivatives of `x` to the parameters; None: 0.
+        own : (n_p, p) or None
+            Directions of the kernel's parameters for the derivatives; None: those of `names`.
 
         Raises
         ------
         FitError
             The mechanism diverged.
         """
-        n, p = x.size, len(self.names)
+        own = self._directions if own is None else own
+        n, p = x.size, own.shape[1]
         seen = [x]
         # A held state does not move with its own deviation: its column of the derivative is zero.
         lanes = np.hstack(
             [np.zeros((n, p)) if by_parameter is None else by_parameter, np.diag(1.0 - self.pinned_states(x))]
         )
-        run = self._run(periods, State(x, lanes), self.names, n)
+        run = self._run(periods, State(x, lanes), own, n)
         for _ in run.blocks():
             seen.append(run.state.x)
         self._check(run)
@@ -187,7 +211,15 @@ class PeriodMap:
         )
 
     def stretch(
-        self, start: State | None, skipped: int, periods: int, *, slopes: bool = True, finer: int = 1
+        self,
+        start: State | None,
+        skipped: int,
+        periods: int,
+        *,
+        slopes: bool = True,
+        finer: int = 1,
+        own: FloatArray | None = None,
+        values: FloatArray | None = None,
     ) -> Stretch:
         """Return the torque over some periods after a number of skipped ones, from a state or from rest.
 
@@ -200,6 +232,10 @@ class PeriodMap:
             Whether derivatives with respect to the parameters are needed.
         finer : int
             Factor on the number of samples and of steps per period.
+        own : (n_p, p) or None
+            Directions of the kernel's parameters for the derivatives; None: those of `names`.
+        values : (n_p,) or None
+            Kernel's parameters; None: those of `mechanism`.
 
         Raises
         ------
@@ -208,8 +244,9 @@ class PeriodMap:
         """
         n = finer * self.samples
         simulator = self.simulator((skipped + periods) * n + 1, self.lanes, finer)
-        own = directions(self.mechanism, self.names if slopes else ())
-        run = simulator.run(self.mechanism.kernel_values(), substeps=self.substeps, directions=own)
+        own = (self._directions if slopes else self._directions[:, :0]) if own is None else own
+        p = self.mechanism.kernel_values() if values is None else values
+        run = simulator.run(p, substeps=self.substeps, directions=own)
         if start is not None:
             run.restart(start)
         torque, below, first = np.empty(periods * n), np.empty((periods * n, 1 + own.shape[1])), skipped * n
@@ -246,11 +283,17 @@ class PeriodMap:
     @property
     def lanes(self) -> int:
         """Largest number of derivatives that are integrated."""
-        return len(self.names) + len(self.mechanism.plant.states)
+        return max(len(self.names), 2 * len(self.apart)) + len(self.mechanism.plant.states)
 
-    def _run(self, periods: int, start: State | None, names: Sequence[str], state_lanes: int) -> Run:
+    @cached_property
+    def _directions(self) -> FloatArray:
+        """Derivative of the kernel's parameters to each named parameter, (n_p, p), 0 for harmonics left out."""
+        own, apart = directions(self.mechanism, self.names), {pair.amplitude for pair in self.apart}
+        own[:, [name in apart for name in self.names]] = 0.0
+        return own
+
+    def _run(self, periods: int, start: State | None, own: FloatArray, state_lanes: int) -> Run:
         simulator = self.simulator(periods * self.samples + 1, self.lanes)
-        own = directions(self.mechanism, names)
         lanes = np.hstack([own, np.zeros((len(own), state_lanes))])
         # The range of each state is taken over the ends of the blocks.
         block = math.ceil(self.samples / MOTION.looks) if state_lanes else None

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from mechid.arrays import ComplexArray, FloatArray, IntArray
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.indices import Index
 from mechid.budgets.settings import LEVEL
 
@@ -43,21 +43,21 @@ class Instants:
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """Periodic error: lines at integer multiples of one frequency, added coherently.
+    """Lines at multiples of one frequency, added coherently: a periodic error if all multiples are whole numbers.
 
     Parameters
     ----------
     name : str
     fundamental_hz : float
-    orders : (n,) int
-        Order of each line, from 1.
+    orders : (n,)
+        Order of each line.
     phasors : (n, m) complex
         Peak amplitude and phase along each of m lines of sight, rad: the error is Re(phasor e^(2 pi i f t)).
     """
 
     name: str
     fundamental_hz: float
-    orders: IntArray
+    orders: FloatArray
     phasors: ComplexArray
 
     @property
@@ -227,10 +227,13 @@ class PointingError:
         return total
 
 
-def _line_values(orders: tuple[int, ...], fundamental_hz: float, index: Index, at: Instants) -> ComplexArray:
+def _line_values(orders: tuple[float, ...], fundamental_hz: float, index: Index, at: Instants) -> ComplexArray:
     """Return lines of unit phasor under an index, (p, n)."""
-    turning = np.exp(2j * np.pi * np.outer(at.phase, orders))
-    return np.asarray(turning * index.gains(fundamental_hz * np.array(orders, dtype=np.float64), at.position - 0.5))
+    own = np.array(orders, dtype=np.float64)
+    # Many periods of the fundamental pass through all phases of lines between its multiples; one is enough without.
+    periods = 1 if np.all(own % 1.0 == 0.0) else LEVEL.periods
+    turning = np.exp(2j * np.pi * np.outer(periods * at.phase, own))
+    return np.asarray(turning * index.gains(fundamental_hz * own, at.position - 0.5))
 
 
 _cached_line_values = lru_cache(maxsize=32)(_line_values)

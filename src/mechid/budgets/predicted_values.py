@@ -33,6 +33,8 @@ GRID = 400
 """Points of a band over which a density is integrated."""
 LEAST_GAIN = 1e-4
 """Gain of a band-pass below which a line does not reach the peak."""
+OFF_MULTIPLE = 1e-6
+"""Distance from a whole multiple of the waveform's frequency above which a line is none of its multiples."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -265,16 +267,20 @@ def _peak(at: TorqueAtRate, band_hz: tuple[float, float]) -> _Roots:
     draws, gain = at.draws, band_gain(at.draws.frequency_hz, band_hz)
     kept = np.abs(gain) > LEAST_GAIN
     lines, size = draws.samples[:, kept] * gain[kept], np.abs(gain[kept])
-    # Quarters of a step are the finest orders that the records were tracked at.
+    # Quarters of a step are the finest orders that the records were tracked at, but for those that a mechanism names.
     whole = math.lcm(at.steps, 4)
-    numbers = np.round(draws.orders[kept] * whole).astype(np.int64)
+    number = draws.orders[kept] * whole
+    # Lines between all multiples meet the peak of the others, and one another, at some instant.
+    alone = np.abs(number - np.round(number)) > OFF_MULTIPLE
+    numbers = np.round(number[~alone]).astype(np.int64)
     grid = np.geomspace(band_hz[0] / 2.0, band_hz[1] * 2.0, GRID)
     power = np.trapezoid(_densities_at(at, grid) * np.abs(band_gain(grid, band_hz)) ** 2, grid)
     low, high = band_hz
     # Rice's rate of crossings of zero of noise in a band makes 2 N T values of which the largest counts.
     count = 2.0 * math.sqrt((low**2 + low * high + high**2) / 3.0) * SPECIFICATION.peak_s
     random = math.sqrt(power * 2.0 * math.log(max(count, 2.0)))
-    nominal = _largest((draws.modelled[kept] * gain[kept])[None], numbers)[0]
+    modelled = draws.modelled[kept] * gain[kept]
+    nominal = _largest(modelled[None, ~alone], numbers)[0] + float(np.sum(np.abs(modelled[alone])))
     # Between its samples a waveform exceeds them by no more than this (Bernstein's inequality).
     above = 1.0 / math.cos(0.5 * math.pi / POINTS)
     residual, limit = (float(np.sqrt(np.sum((sizes[kept] * size) ** 2))) for sizes in (draws.residual, draws.limit))
@@ -283,7 +289,10 @@ def _peak(at: TorqueAtRate, band_hz: tuple[float, float]) -> _Roots:
         modelled=np.asarray(nominal),
         # Unmodelled lines may all meet at one instant.
         unmodelled=np.asarray(float(np.sum(draws.limit[kept] * size)) + random),
-        drawn=_largest(lines, numbers) * above + float(draws.error[kept] @ size) + np.sqrt(draws.scale[:, 0]) * random,
+        drawn=_largest(lines[:, ~alone], numbers) * above
+        + np.sum(np.abs(lines[:, alone]), axis=1)
+        + float(draws.error[kept] @ size)
+        + np.sqrt(draws.scale[:, 0]) * random,
         hidden=np.asarray(math.sqrt(max(limit**2 - residual**2, 0.0))),
     )
 

@@ -22,7 +22,7 @@ from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED, ResidualAtRat
 from mechid.analysis.residual_file import ResidualRecord
 from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from mechid.budgets.bench_to_flight import BenchToFlight, bench_to_flight
-from mechid.budgets.settings import RESIDUALS
+from mechid.budgets.settings import MOTION, RESIDUALS
 from mechid.command import Command
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.density import THIRD
@@ -116,7 +116,7 @@ class ResidualSource:
         near = _nearest([at for _, at in seen], rate)
         cells = [seen[k] for k in near]
         # Bonferroni: the chance of a false alarm holds for all lines and bands of a rate together.
-        orders = cells[0][1].orders if cells else np.array(TRACKED)
+        orders = np.round(cells[0][1].orders, MOTION.digits) if cells else np.array(TRACKED)
         tests = orders.size + CENTRES_HZ.size
         amplitude, hidden = _lines([at for _, at in cells], RESIDUALS.false_alarm / tests)
         density = _density(cells, RESIDUALS.false_alarm / tests)

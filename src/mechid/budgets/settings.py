@@ -34,6 +34,17 @@ class MotionSettings:
     pieces: int = 8
     """Pieces of a stretch of a motion that does not repeat, whose scatter gives the error of its lines."""
 
+    # Harmonics that do not repeat with the steps, held against direct simulations (docs/budget.md).
+
+    quick_s: float = 4.0
+    """Period above which a harmonic is left to the linear response, where any has to be: long periods take long."""
+    linear: float = 0.1
+    """Share of their torque that the linear response may miss."""
+    whole_cycles: float = 1e-6
+    """Distance from a whole number of cycles within which a harmonic repeats."""
+    digits: int = 9
+    """Digits to which two orders have to agree to be one."""
+
     # The orbit: Newton's method on the state after a period.
 
     most_periods: int = 4
@@ -91,6 +102,9 @@ class LevelSettings:
     """Instants of a level where many are compared; all have the same, so that their differences are good."""
     least_points: int = 2001
     """Least points of a flat density over frequency."""
+    periods: int = 99_991
+    """Periods over which the instants spread where lines lie between the multiples of a source's frequency: a prime, so
+    that the phases in a period stay evenly spread."""
     points_a_lobe: int = 40
     """Points between the zeros of an index's weight."""
     cone_draws: int = 16

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from mechid.arrays import ComplexArray, FloatArray, IntArray
+from mechid.arrays import BoolArray, ComplexArray, FloatArray
+from mechid.budgets.incommensurate import IncommensurateLines, incommensurate_lines, map_period
 from mechid.budgets.lines import Lines, lines_of_repeating, lines_with_scatter
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orbit import Orbit, find_orbit
@@ -36,8 +37,8 @@ class SteadyState:
         Full steps after which the mechanism's equations are the same.
     periods : int
         Number of such periods after which the motion repeats; 0 if it does not.
-    orders : (n,) int
-        Lines, as multiples of `fundamental_hz`.
+    orders : (n,)
+        Lines, as multiples of `fundamental_hz`; fractions are lines of harmonics that do not repeat with the steps.
     lines : (n,) complex
         Peak amplitude and phase, N m.
     gradient : (n, p) complex
@@ -71,7 +72,7 @@ class SteadyState:
     rate: float
     steps: int
     periods: int
-    orders: IntArray
+    orders: FloatArray
     lines: ComplexArray
     gradient: ComplexArray
     error: FloatArray
@@ -111,8 +112,13 @@ class SteadyState:
 
     @property
     def step_orders(self) -> FloatArray:
-        """Multiple of the step rate of each line, (n,)."""
-        return np.asarray(self.orders / (self.steps * max(self.periods, 1)), dtype=np.float64)
+        """Multiple of the step rate of each line, (n,), rounded so that equal orders compare as equal."""
+        return np.round(self.orders / (self.steps * max(self.periods, 1)), MOTION.digits)
+
+    @property
+    def is_periodic(self) -> BoolArray:
+        """Whether each line is a whole multiple of `fundamental_hz`, (n,)."""
+        return np.asarray(self.orders % 1.0 == 0.0, dtype=np.bool_)
 
     def phase_changes(self, moved: ComplexArray) -> FloatArray:
         """Return the phase changes of the lines, (k, n) rad, for small changes (k, n) N m; 0 for a line of zero."""
@@ -164,7 +170,7 @@ def steady_state(
     FitError
         The mechanism diverged.
     """
-    period = PeriodMap(with_line_filter(mechanism, cut_off(mode)), mode, rate, tuple(names), substeps)
+    period = map_period(with_line_filter(mechanism, cut_off(mode)), mode, rate, names, substeps)
     settle = periods_to_settle(mode, period.duration_s)
     if not period.repeats:
         return _non_repeating_state(period, start, settle)
@@ -175,8 +181,11 @@ def steady_state(
         x = period.state_after(x, settle)
         orbit = find_orbit(period, x, MOTION.most_periods if k + 1 == MOTION.rounds else 1)
         if orbit is not None:
-            return _repeating_state(period, orbit)
-    return _non_repeating_state(period, start, MOTION.rounds * settle)
+            state = _repeating_state(period, orbit)
+            if state is None:
+                break
+            return state
+    return _non_repeating_state(period.of_whole, start, MOTION.rounds * settle)
 
 
 def cut_off(mode: OperatingMode) -> float:
@@ -189,11 +198,23 @@ def periods_to_settle(mode: OperatingMode, duration_s: float) -> int:
     return math.ceil(mode.settle_s / duration_s)
 
 
-def _repeating_state(period: PeriodMap, orbit: Orbit) -> SteadyState:
-    """Return the steady state of a repeating motion, computed over one repetition."""
+def _repeating_state(period: PeriodMap, orbit: Orbit) -> SteadyState | None:
+    """Return the steady state of a repeating motion, computed over one repetition, with lines beside its own.
+
+    None if these are too large for a linear response.
+    """
     found = lines_of_repeating(period, orbit)
     times = math.ceil(MOTION.least_s / (period.duration_s * orbit.periods))
     torque = np.tile(found.torque, max(times, 1))
+    if period.apart:
+        beside = incommensurate_lines(period, orbit, float(np.abs(found.values).max(initial=0.0)))
+        if beside is None:
+            return None
+        at = 2j * np.pi * np.arange(torque.size) / found.torque.size
+        torque = torque + sum(
+            (line * np.exp(at * q)).real for q, line in zip(beside.orders, beside.values, strict=True)
+        )
+        found = _with_lines(found, beside)
     return SteadyState(
         **_line_fields(period, found),
         periods=orbit.periods,
@@ -204,6 +225,20 @@ def _repeating_state(period: PeriodMap, orbit: Orbit) -> SteadyState:
         multipliers=orbit.multipliers,
         follows=orbit.turns == 0,
         size=orbit.size,
+    )
+
+
+def _with_lines(found: Lines, beside: IncommensurateLines) -> Lines:
+    """Return the lines of a repeating motion with those beside them, in ascending order."""
+    orders = np.concatenate([found.orders, beside.orders])
+    at = np.argsort(orders, kind="stable")
+    return replace(
+        found,
+        orders=orders[at],
+        values=np.concatenate([found.values, beside.values])[at],
+        gradient=np.concatenate([found.gradient, beside.gradient])[at],
+        error=np.concatenate([found.error, beside.error])[at],
+        power=found.power + 0.5 * float(np.sum(np.abs(beside.values) ** 2)),
     )
 
 

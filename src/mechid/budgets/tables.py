@@ -132,6 +132,16 @@ EMISSION = (
     Column("lacking, RMS N m", "residual"),
     Column("95 % bound, RMS N m", "bound"),
 )
+NAMED = (
+    Column("line", "name", words=True),
+    Column("cause", "words", words=True),
+    Column("order", "order"),
+    Column("Hz", "hz"),
+    Column("model, N m", "torque"),
+    Column("lacking, N m", "residual"),
+    Column("95 % bound, N m", "bound"),
+    Column("line of sight, rad", "rms"),
+)
 SIDE = (
     Column("", "name", words=True),
     Column("with phase", "coherent", said="lines with a phase to the torque"),
@@ -175,6 +185,11 @@ def steady_table(mode: Data) -> Table:
 def emission_table(mode: Data) -> Table:
     """Return the torque of a mode on the base by third octave."""
     return Table(EMISSION, mode["emission_rows"])
+
+
+def named_table(mode: Data) -> Table:
+    """Return the lines of a mode at orders that the mechanism names."""
+    return Table(NAMED, mode["named_rows"])
 
 
 def side_table(mode: Data) -> Table:

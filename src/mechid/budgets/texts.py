@@ -25,6 +25,7 @@ def add_texts(data: Data) -> dict[str, Any]:
             "steady_rows": steady_rows(data, mode),
             "emission_rows": emission_rows(mode),
             "side_rows": side_rows(data, mode),
+            "named_rows": named_rows(data, mode),
         }
         for k, mode in enumerate(data["modes"])
     ]
@@ -128,6 +129,23 @@ def emission_rows(mode: Data) -> list[dict[str, str]]:
             "bound": plain(b["bound_rms_Nm"], 3),
         }
         for b in bands
+    ]
+
+
+def named_rows(data: Data, mode: Data) -> list[dict[str, str]]:
+    """Return a row of texts for each line at an order that the mechanism names."""
+    return [
+        {
+            "name": one["name"],
+            "words": one["words"],
+            "order": plain(one["order"], 6),
+            "hz": plain(one["frequency_hz"], 6),
+            "torque": plain(one["torque_Nm"], 3),
+            "residual": plain(one["residual_Nm"], 3) if one["residual_Nm"] else NO_NUMBER,
+            "bound": plain(one["bound_Nm"], 3),
+            "rms": _per_axis(data, one["line_of_sight_rad"]),
+        }
+        for one in mode.get("named_lines", ())
     ]
 
 

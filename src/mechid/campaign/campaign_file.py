@@ -105,6 +105,23 @@ def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
     return tuple(_with_warnings(one, bench.warnings() if k == 0 else ()) for k, one in enumerate(read))
 
 
+def load_phases(path: Path | str) -> int:
+    """Load the number of phases of the motor of a campaign file's mechanism; 2 without the mechanism's file.
+
+    Raises
+    ------
+    InputFileError
+        The campaign file is missing or invalid.
+    """
+    file = find_campaign_file(Path(path))
+    mechanism = read_toml(file, "campaign").get("mechanism")
+    if not isinstance(mechanism, str) or not is_file(file.parent / mechanism):
+        return 2
+    stepper = read_toml(file.parent / mechanism, "mechanism").get("stepper")
+    stated = stepper.get("phases", 2) if isinstance(stepper, Mapping) else 2
+    return 3 if stated == 3 else 2
+
+
 def load_named_lines(path: Path | str) -> tuple[NamedLine, ...]:
     """Load the lines that the mechanism of a campaign file names, such as those of its tooth meshes.
 

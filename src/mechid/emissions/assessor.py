@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +23,7 @@ from mechid.emissions.spectra import Spectra, channel_spectra, window_length
 from mechid.emissions.trust import BenchUse, bench_use
 from mechid.errors import RecordError
 from mechid.exports.handover import Trial
+from mechid.plant.mechanism import NamedLine
 from mechid.records import Record
 from mechid.signal.envelope import peak_groups
 from mechid.simulation.simulator import TimeBase
@@ -144,6 +145,7 @@ class Assessor:
         sigma = lines.sigma
         if stretch.bench_error is not None:
             sigma = np.hypot(sigma, np.sqrt(stretch.bench_error[lines.bins] * spectra.peak_scale))
+        within = EMISSION.near_bins * spectra.bin_hz
         columns = (
             lines.frequency_hz,
             orders_of(lines.frequency_hz, stretch.rate, spectra.bin_hz),
@@ -163,6 +165,7 @@ class Assessor:
                 sigma=sigma,
                 background=beside,
                 mains_hz=multiple,
+                named=", ".join(_names_at(f, stretch.rate, self._declared.named, within)),
                 unit=unit,
             )
             for f, order, amplitude, sigma, beside, multiple in zip(*(c.tolist() for c in columns), strict=True)
@@ -237,6 +240,13 @@ class Assessor:
                 same.setdefault((where, what if excluded else counted), []).append(direction)
         for (where, what), directions in same.items():
             yield f"{', '.join(directions)}: lines of the mains at {where} Hz; {what}."
+
+
+def _names_at(frequency_hz: float, rate: float, named: Sequence[NamedLine], within_hz: float) -> Iterator[str]:
+    """Yield the names of the mechanism's lines at a frequency."""
+    for one in named:
+        if one.order and abs(one.order * abs(rate) - frequency_hz) <= within_hz:
+            yield one.name
 
 
 def _common_band(bands: list[tuple[float, float]]) -> tuple[float, float]:

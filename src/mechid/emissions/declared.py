@@ -11,7 +11,7 @@ from mechid.budgets.budget_file import KEYS as BUDGET_KEYS
 from mechid.campaign.bench_entry import read_bench
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.campaign_builder import KEYS
-from mechid.campaign.campaign_file import find_campaign_file, is_synthetic
+from mechid.campaign.campaign_file import find_campaign_file, is_synthetic, load_named_lines
 from mechid.campaign.declared_test import DeclaredTest, read_declared_test
 from mechid.campaign.place import Place, refuse_unknown_keys
 from mechid.campaign.record_entry import read_records
@@ -20,6 +20,7 @@ from mechid.campaign.toml_file import read_toml
 from mechid.emissions.background import Background, read_backgrounds
 from mechid.emissions.interface import Interface
 from mechid.errors import InputFileError, did_you_mean
+from mechid.plant.mechanism import NamedLine
 from mechid.records import Mounting, prepare_to_read, read_record
 from mechid.records.formats import digest_of
 from mechid.specification.requirement import QUANTITY_OF, Requirement, direction_of
@@ -44,6 +45,8 @@ class Declared:
     synthetic : bool
     test : DeclaredTest
         Statements on the test.
+    named : tuple of NamedLine
+        Lines that the mechanism names, if its file is there.
     inputs : mapping of str to str
         SHA-256 of the files of campaign, requirements and masks, by name.
     """
@@ -55,6 +58,7 @@ class Declared:
     requirements: tuple[Requirement, ...]
     synthetic: bool
     test: DeclaredTest
+    named: tuple[NamedLine, ...]
     inputs: Mapping[str, str]
 
     def read(self) -> Iterator[CampaignRecord]:
@@ -112,6 +116,7 @@ def load_declared(path: Path, requirements: Path | None) -> Declared:
         requirements=wanted,
         synthetic=is_synthetic(table, file),
         test=read_declared_test(table, place, file.parent),
+        named=load_named_lines(file),
         inputs={
             file.name: digest_of(file),
             asked.name: digest_of(asked),

@@ -210,9 +210,10 @@ def _draws_density(data: Data, direction: str) -> bool:
 
 
 def _line_texts(line: Data) -> dict[str, str]:
+    order = plain(line["order"], 4) if line["order"] is not None else ""
     return {
         "rate_text": plain(line["rate"], 5) if line["rate"] is not None else "",
-        "order_text": plain(line["order"], 4) if line["order"] is not None else "",
+        "order_text": ", or ".join(filter(None, (order, line["named"]))),
         "mains_text": plain(line["mains_Hz"], 4) if line["mains_Hz"] is not None else "",
     }
 

@@ -205,6 +205,7 @@ def _line(one: EmissionLine) -> dict[str, Any]:
         "direction": one.direction,
         "frequency_Hz": one.frequency_hz,
         "order": finite(one.order),
+        "named": one.named,
         "mains_Hz": finite(one.mains_hz),
         "amplitude": one.amplitude,
         "sigma": one.sigma,

@@ -15,7 +15,7 @@ from mechid.exports.tables.workbook import write_workbook
 LINES_NAME, VERDICTS_NAME, PREDICTED_NAME = "lines.csv", "verdicts.csv", "predicted.csv"
 WORKBOOK_NAME = "emission.xlsx"
 LINE_TEXTS, VERDICT_TEXTS = (
-    ("record", "direction", "unit"),
+    ("record", "direction", "unit", "named"),
     ("requirement", "direction", "kind", "unit", "verdict", "record"),
 )
 LINE_NUMBERS = {

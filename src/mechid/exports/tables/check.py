@@ -11,6 +11,7 @@ import numpy as np
 
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.attractors import FROM_REST
+from mechid.budgets.incommensurate import map_period
 from mechid.budgets.lines import filter_decay_s
 from mechid.budgets.steady_state import SteadyState
 from mechid.command import RateProfile
@@ -75,9 +76,11 @@ def compare_directly(lined: Mechanism, lanes: int, forcing: Forcing) -> DirectCo
     period_s = state.steps * state.periods / state.rate
     skipped = math.ceil(max(LEAST_S, DECAYS * max(state.decay_s, _stand_decay_s(lined))) / period_s)
     times = math.ceil(STRETCH_S / period_s)
-    coarse, fine = (_lines(lined, lanes, forcing, state, skipped, times, finer) for finer in (1, 2))
+    # Harmonics that do not repeat with the steps are no part of a periodic motion.
+    periodic = map_period(lined, forcing.mode, state.rate, (), 1).mechanism
+    coarse, fine = (_lines(periodic, lanes, forcing, state, skipped, times, finer) for finer in (1, 2))
     # Richardson extrapolation: the error is of first order in the sample length.
-    off = np.abs(2.0 * fine - coarse) - np.abs(state.lines)
+    off = np.abs(2.0 * fine - coarse) - np.abs(state.lines[state.is_periodic])
     return DirectComparison(
         forcing.stepping.name, state.rate, (skipped + times) * period_s, off, float(abs(state.lines).max())
     )
@@ -109,8 +112,9 @@ def _lines(
             torque[block.stop - kept.size - first : block.stop - first] = kept
     if run.outcome is not SimulationOutcome.COMPLETE:
         raise FitError(f"at {state.rate:.6g} steps/s: {run.outcome.value}")
-    turned = np.exp(-2j * np.pi * state.frequency_hz * late_s)
-    return np.asarray(2.0 / torque.size * np.fft.rfft(torque)[state.orders * times] * turned, dtype=np.complex128)
+    turned = np.exp(-2j * np.pi * state.frequency_hz[state.is_periodic] * late_s)
+    bins = np.round(state.orders[state.is_periodic] * times).astype(np.int64)
+    return np.asarray(2.0 / torque.size * np.fft.rfft(torque)[bins] * turned, dtype=np.complex128)
 
 
 def refuse_difference(file: Path, written: Mapping[str, FloatArray], read: Mapping[str, FloatArray]) -> None:
