@@ -122,7 +122,7 @@ def test_it_turns_by_sixty_degrees_a_step():
     command = stepped(10.0)
     assert command.begin_at(0.35).start_angle_rad == pytest.approx(np.pi)
     assert (command.mirrored_steps, command.full_step_deg, command.symmetry_deg) == (3, 60.0, 60.0)
-    assert command.for_phases(2).begin_at(0.35).start_angle_rad == pytest.approx(1.5 * np.pi)
+    assert command.for_motor(2).begin_at(0.35).start_angle_rad == pytest.approx(1.5 * np.pi)
 
 
 def test_a_table_of_two_phases_is_refused():
@@ -130,9 +130,9 @@ def test_a_table_of_two_phases_is_refused():
     from mechid.command.phase_table import nominal_table
 
     rows = tuple(map(tuple, nominal_table(4).tolist()))
-    command = replace(stepped(10.0, microsteps=4).for_phases(2), table=rows)
+    command = replace(stepped(10.0, microsteps=4).for_motor(2), table=rows)
     with pytest.raises(UsageError, match="table: it has the values of two phases, the motor has 3; leave it out"):
-        command.for_phases(3)
+        command.for_motor(3)
     assert RateProfile.constant(10.0) == command.rate
 
 

@@ -130,8 +130,7 @@ def make_budget(
         The mechanism diverged.
     """
     estimate = flying_estimate(fit, file.flight)
-    phases = estimate.mechanism.phases
-    file = replace(file, modes=tuple(replace(mode, command=mode.command.for_phases(phases)) for mode in file.modes))
+    file = replace(file, modes=tuple(mode.for_mechanism(estimate.mechanism) for mode in file.modes))
     spread = file.flight.spread
     ensemble = make_ensemble(tuple(spread), np.array(list(spread.values())), file.errors, file.seed)
     side = _side_source(file, estimate)

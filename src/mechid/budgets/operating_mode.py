@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.command import Command
+from mechid.errors import InputFileError, UsageError
+from mechid.plant.mechanism import Mechanism
 
 SETTLE_S, HIGHEST_HZ, RMS_WINDOW_S = 1.0, 500.0, 1.0
 MOST_HZ = 2000.0
@@ -65,6 +67,21 @@ class OperatingMode:
     def highest_rate(self) -> float:
         """Largest magnitude of the rate, full steps/s."""
         return float(np.abs(self.command.rate.rates if self.is_profile else self.rates).max())
+
+    def for_mechanism(self, mechanism: Mechanism) -> OperatingMode:
+        """Return the mode with its command as a mechanism's motor and driver follow it.
+
+        Raises
+        ------
+        InputFileError
+            The motor cannot have the command, or a step is shorter than a pulse.
+        """
+        try:
+            if mechanism.pulse:
+                mechanism.pulse.check(self.microstep_hz)
+            return replace(self, command=mechanism.command_for(self.command))
+        except UsageError as error:
+            raise InputFileError(f"mode {self.name}: {error}") from error
 
 
 def usual_highest_hz(command: Command, highest_rate: float) -> float:

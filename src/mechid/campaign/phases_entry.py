@@ -44,19 +44,19 @@ def read_phases(table: Mapping[str, Any], place: Place) -> int:
 
 
 def with_phases(records: Sequence[CampaignRecord], mechanism: Mechanism, place: Place) -> tuple[CampaignRecord, ...]:
-    """Return the records with commands for the phases of a mechanism.
+    """Return the records with commands for the phases and the pulses of a mechanism.
 
     Raises
     ------
     InputFileError
-        A command follows a table of two phases, and the motor has three.
+        A command follows a table of two phases and the motor has three, or a step is shorter than a pulse.
     """
-    return tuple(_with_phases(one, mechanism.phases, place.key("record").item(k)) for k, one in enumerate(records))
+    return tuple(_with_phases(one, mechanism, place.key("record").item(k)) for k, one in enumerate(records))
 
 
-def _with_phases(record: CampaignRecord, phases: int, place: Place) -> CampaignRecord:
+def _with_phases(record: CampaignRecord, mechanism: Mechanism, place: Place) -> CampaignRecord:
     try:
-        return replace(record, command=record.command.for_phases(phases))
+        return replace(record, command=mechanism.command_for(record.command))
     except UsageError as error:
         raise InputFileError(f"{place.key('command')}.{error}") from error
 

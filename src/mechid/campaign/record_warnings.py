@@ -24,7 +24,7 @@ TOO_DENSE = "check the rate, and whether the time is in ms or the sample rate in
 MEAN_SHARE = 0.5
 """Ratio of mean to RMS above which an input drives the mean of outputs."""
 WITH_MEAN = (
-    *("current", "current_phase_a", "current_phase_b", "current_phase_c"),
+    *("current", *(f"current_phase_{x}" for x in "abcd")),
     *("rotor_rate", "output_rate", "velocity"),
 )
 """Outputs whose mean follows from the mean of the input; that of an angle depends on the zero of its encoder."""

@@ -25,6 +25,7 @@ from mechid.command.entry import (
 )
 from mechid.command.excitation import Excitation, most_within
 from mechid.command.phase_table import PhaseTable, checked_table, first_row, symmetry_deg, table_of, table_voltages
+from mechid.command.pulse import Pulse
 from mechid.command.rate import RateProfile
 from mechid.command.rate_entry import RATE_KEYS, rate_of
 from mechid.command.waveform import WAVEFORMS, Waveform, phase_voltages, steps_per_period
@@ -69,6 +70,8 @@ class Command:
     phases : {2, 3, 4}
         Number of phases of the motor, as its mechanism file states it: a full step is 90 deg electrical, with three
         phases 60 deg.
+    pulse : Pulse or None
+        Pulses of the driver, as the mechanism file states them; None if it holds its phases from step to step.
 
     Raises
     ------
@@ -92,6 +95,7 @@ class Command:
     clock_tick_s: float = 0.0
     begun_s: float = 0.0
     phases: int = 2
+    pulse: Pulse | None = None
 
     def __post_init__(self) -> None:
         choose_option("stepping", self.stepping, STEPPINGS)
@@ -213,9 +217,17 @@ class Command:
         """Return the command for a run that begins at a command time, which is clipped to 0 from below."""
         return replace(self, begun_s=max(begun_s, 0.0))
 
-    def for_phases(self, phases: int) -> Command:
-        """Return the command for a motor with a number of phases; `UsageError` if it cannot have it."""
-        return self if phases == self.phases else replace(self, phases=phases)
+    def for_motor(self, phases: int, pulse: Pulse | None = None) -> Command:
+        """Return the command for a motor with a number of phases and the pulses of its driver.
+
+        Raises
+        ------
+        UsageError
+            It follows a table of two phases and the motor has three, or a step is shorter than a pulse.
+        """
+        if pulse:
+            pulse.check(self.microsteps * max(map(abs, self.rate.rates)))
+        return self if (phases, pulse) == (self.phases, self.pulse) else replace(self, phases=phases, pulse=pulse)
 
     @cached_property
     def _first_index(self) -> int:
@@ -232,8 +244,10 @@ class Command:
             The duration is negative or not finite, or there are too many steps.
         """
         times, index = self._edges(self.begun_s + _check_duration(duration_s))
+        last_s = -math.inf
         if self.begun_s:
             later = times > self.begun_s
+            last_s = float(np.max(times[~later], initial=-math.inf)) - self.begun_s
             times, index = times[later] - self.begun_s, index[later]
         values = np.empty((index.size, 2))
         # In chunks: the temporaries of millions of edges would take several times the memory of the result.
@@ -241,7 +255,8 @@ class Command:
             part = slice(first, first + AT_ONCE)
             values[part] = self._voltages(index[part])
         initial = self._voltages(np.array([self._first_index]))[0]
-        return Excitation(initial=initial, times=times, values=values)
+        whole = Excitation(initial=initial, times=times, values=values)
+        return self.pulse.cut(whole, last_s, duration_s) if self.pulse else whole
 
     def _voltages(self, index: IntArray) -> FloatArray:
         """Return e_A and e_B of step indices, (E, 2)."""
@@ -259,7 +274,7 @@ class Command:
         duration_s : float
             Length of the record in s.
         """
-        times, _ = self._edges(duration_s)
+        times = self.excitation(duration_s).times if self.pulse else self._edges(duration_s)[0]
         return most_within(times, h)
 
     def _edges(self, duration_s: float) -> tuple[FloatArray, IntArray]:

@@ -11,6 +11,7 @@ from mechid.command import Command, RateProfile
 from mechid.command.stepping import FIXED_MICROSTEPS, STEPPINGS, Stepping
 from mechid.designs.planned_record import PlannedRecord
 from mechid.designs.settings import DESIGN
+from mechid.errors import UsageError
 from mechid.plant.load import LOAD_ON_GEAR
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.resonances import resonances
@@ -46,9 +47,19 @@ class CandidateChoice:
 
 
 def candidates(choice: CandidateChoice, mechanism: Mechanism, like: PlannedRecord) -> tuple[PlannedRecord, ...]:
-    """Return every combination of a choice, with the sampling and noise of the record `like`."""
+    """Return every combination of a choice, with the sampling and noise of the record `like`.
+
+    Those with a step shorter than a pulse of the mechanism's driver are left out.
+
+    Raises
+    ------
+    UsageError
+        None is left.
+    """
     rates = choice.rates or usual_rates(mechanism)
-    every = _combinations(choice, rates, mechanism.phases)
+    every = [one for one in _combinations(choice, rates, mechanism) if _fits_pulses(one[1])]
+    if not every:
+        raise UsageError("candidates: every step is shorter than a pulse of the mechanism; write slower rates")
     return tuple(replace(like, name=name, command=c, duration_s=s) for name, c, s in every)
 
 
@@ -61,12 +72,15 @@ def usual_rates(mechanism: Mechanism) -> tuple[float, ...]:
     return tuple(float(f"{rate:.2g}") for rate in np.geomspace(DESIGN.lowest_share * highest, highest, DESIGN.rates))
 
 
-def _combinations(choice: CandidateChoice, rates: Sequence[float], phases: int) -> Iterator[tuple[str, Command, float]]:
+def _combinations(
+    choice: CandidateChoice, rates: Sequence[float], mechanism: Mechanism
+) -> Iterator[tuple[str, Command, float]]:
     for stepping in choice.steppings:
         n = FIXED_MICROSTEPS.get(stepping, choice.microsteps)
         for angle in choice.start_angles_deg:
             still = RateProfile.constant(0.0)
-            command = Command(stepping=stepping, microsteps=n, rate=still, start_angle_deg=angle, phases=phases)
+            plain = Command(stepping=stepping, microsteps=n, rate=still, start_angle_deg=angle)
+            command = mechanism.command_for(plain)
             turned = f"_{_text(angle)}deg" if len(choice.start_angles_deg) > 1 else ""
             for rate in rates:
                 driven = replace(command, rate=RateProfile.constant(rate))
@@ -77,6 +91,15 @@ def _combinations(choice: CandidateChoice, rates: Sequence[float], phases: int) 
             for seconds in choice.sweeps_s:
                 swept = replace(command, rate=RateProfile.through([(0.0, 0.0), (seconds, top)]))
                 yield f"{stepping}_sweep_{_text(top)}{turned}_{_text(seconds)}s", swept, seconds
+
+
+def _fits_pulses(command: Command) -> bool:
+    """Return whether every step of a command is as long as a pulse."""
+    try:
+        command.for_motor(command.phases, command.pulse)
+    except UsageError:
+        return False
+    return True
 
 
 def _text(number: float) -> str:

@@ -298,11 +298,9 @@ class _DesignBuilder:
 
     def _commands(self) -> list[Command]:
         """Return one command of each stepping, to be driven at other rates."""
-        n, phases = self.options.candidates.microsteps, self.mechanisms[0].phases
-        return [
-            Command(stepping=s, microsteps=FIXED_MICROSTEPS.get(s, n), rate=RateProfile.constant(0.0), phases=phases)
-            for s in STEPPINGS
-        ]
+        n, still = self.options.candidates.microsteps, RateProfile.constant(0.0)
+        plain = [Command(stepping=s, microsteps=FIXED_MICROSTEPS.get(s, n), rate=still) for s in STEPPINGS]
+        return [self.mechanisms[0].command_for(command) for command in plain]
 
     def _maps(self) -> tuple[RateMap, ...]:
         rates = self.options.candidates.rates or usual_rates(self.mechanisms[0])

@@ -105,7 +105,8 @@ def _resets(writer: Writer) -> str:
     lines, g, at = [], 0, writer.at
     index = {s: i for i, s in enumerate(writer.plant.states)}
     for switch in writer.plant.switches:
-        for guard in (guard for gs in switch.guards.values() for guard in gs):
+        # In the order of the modes, by which the guards are numbered; a block may declare its guards in another.
+        for guard in (guard for mode in switch.modes for guard in switch.guards.get(mode, ())):
             if guard.resets:
                 lines.append(f"if g == {g}:")
                 for state, v in guard.resets.items():

@@ -11,6 +11,8 @@ from mechid.plant.block import Block
 from mechid.plant.ports import Port
 
 STEPPER_GEAR_MASS = "stepper_gear_mass"
+Parts = tuple[list[Block], dict[str, str], dict[str, str]]
+"""Blocks, explicit wiring where names do not decide it, and quantities that can be measured."""
 
 
 class Base(StrEnum):

@@ -10,9 +10,12 @@ import numpy as np
 import sympy as sp
 
 from mechid.arrays import FloatArray
+from mechid.command import Command
+from mechid.command.pulse import Pulse
 from mechid.parameter import Declaration, Parameter, Status
 from mechid.plant.phases import FULL_STEPS
 from mechid.plant.plant import Plant
+from mechid.plant.pulses import HOLD, ON
 from mechid.plant.start import HOLDING_TORQUE
 from mechid.plant.stepper import HOLDING
 
@@ -125,6 +128,23 @@ class Mechanism:
     def full_steps(self) -> int:
         """Full steps of the motor in an electrical period."""
         return FULL_STEPS[self.phases]
+
+    @cached_property
+    def pulse(self) -> Pulse | None:
+        """Pulses of the stepper's driver, None if it holds its phases from step to step."""
+        if ON not in self.parameters:
+            return None
+        return Pulse(self.value(ON), self.value(HOLD) if HOLD in self.parameters else 0.0)
+
+    def command_for(self, command: Command) -> Command:
+        """Return a command as the mechanism's motor and driver follow it.
+
+        Raises
+        ------
+        UsageError
+            The motor cannot have it, or a step is shorter than a pulse.
+        """
+        return command.for_motor(self.phases, self.pulse)
 
     def per_quarter(self, per_step: float) -> float:
         """Convert a count per full step of the motor to one per quarter of an electrical period, as blocks count."""

@@ -9,21 +9,8 @@ from sympy import Expr, Integer
 
 from mechid.errors import InputFileError
 from mechid.parameter import Declaration, Role
-from mechid.plant import (
-    cable,
-    current_limit,
-    dc_motor,
-    detent_hysteresis,
-    friction,
-    magnet,
-    microstep_table,
-    saliency,
-    supply,
-    test_stand,
-    unbalance,
-)
+from mechid.plant import cable, dc_motor, friction, test_stand, unbalance
 from mechid.plant.block import Block
-from mechid.plant.detent import detent
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
 from mechid.plant.friction import OUTPUT, ROTOR, Site
@@ -32,16 +19,14 @@ from mechid.plant.gear import ERROR, STIFFNESS, gear, unwound_angle
 from mechid.plant.gear_laws import LAWS as GEAR_LAWS
 from mechid.plant.gear_mesh import TABLE as MESHES
 from mechid.plant.housing import FORMS, SECOND, housing, rigid_housing
-from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
+from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout, Parts
 from mechid.plant.load import load
+from mechid.plant.motor import stepper_parts
 from mechid.plant.moving_base import Bodies, base_on_modes, driven_base
-from mechid.plant.phases import STAR, check_star, scales_of
-from mechid.plant.ports import Port, add_phase_ports
+from mechid.plant.phases import scales_of
+from mechid.plant.ports import Port
 from mechid.plant.start import ANGLE
-from mechid.plant.stepper import PHASES, current_fed, motor_torque, windings
 
-Parts = tuple[list[Block], dict[str, str], dict[str, str]]
-"""Blocks, explicit wiring where names do not decide it, and quantities that can be measured."""
 MOTOR_QUANTITIES = {"rotor_angle": "rotor.alpha", "rotor_rate": "rotor.omega"}
 BASE_TORQUE, LINE_TORQUE = "transducer.T_base", "torque_below_cut_off"
 LINE_ORDER = 8
@@ -52,7 +37,7 @@ OUTPUT_QUANTITIES = {"output_angle": "load.alpha_gear", "output_rate": "load.ome
 def _geared_stepper(layout: Layout) -> Parts:
     """Return the paper's mechanism: stepper, rotor, gear, load, housing, test stand."""
     drive = layout.law("stepper", (*VOLTAGES, *CURRENTS), "drive")
-    motor, driven, currents = _stepper(layout, drive)
+    motor, driven, currents = stepper_parts(layout, drive)
     stand, wiring, torques = _stand(layout)
     blocks = [
         *motor,
@@ -69,7 +54,7 @@ def _geared_stepper(layout: Layout) -> Parts:
 def _ungeared_stepper(layout: Layout) -> Parts:
     """Return a stepper, by default on a current drive, with its load on its own shaft."""
     drive = layout.law("stepper", (*CURRENTS, *VOLTAGES), "drive")
-    motor, driven, currents = _stepper(layout, drive)
+    motor, driven, currents = stepper_parts(layout, drive)
     stand, wiring, torques = _stand(layout, loaded=False)
     blocks = [
         *motor,
@@ -176,60 +161,6 @@ ASSEMBLIES: Mapping[str, Callable[[Layout], Parts]] = {
     "brushed_dc_drive": _brushed_dc,
 }
 """Assemblies by their names in mechanism.toml; the first is the default."""
-
-
-def _stepper(layout: Layout, drive: str) -> Parts:
-    """Return drive, windings, detents and their sum, their wiring, and the quantities of the phases."""
-    orders, holding = layout.orders.get("stepper.detent", ()), scales_of(drive, layout.phases)[0]
-    phases, wiring, where = _phases(layout, drive)
-    detents = [detent(k, order, holding) for k, order in enumerate(orders)]
-    currents = {f"current_phase_{x.lower()}": f"{where[x]}.i_{x}" for x in PHASES}
-    if layout.phases == STAR:
-        currents = {f"current_phase_{x}": f"windings.i_phase_{x}" for x in "abc"}
-    lagging, warm = detent_hysteresis.TABLE in layout.tables, magnet.TABLE in layout.tables
-    detents += [detent_hysteresis.hysteresis()] * lagging + [magnet.magnet()] * warm
-    return [*phases, *detents, motor_torque(orders, holding, lagging=lagging, warm=warm)], wiring, currents
-
-
-def _phases(layout: Layout, drive: str) -> Parts:
-    """Return drive and windings, their wiring, and the block that carries the current of each phase."""
-    harmonics, apart = layout.whole_orders("stepper.torque_harmonic"), "stepper.imbalance" in layout.tables
-    check_star(layout.phases, (*layout.tables, *layout.orders))
-    table_orders, sagging = layout.whole_orders(microstep_table.TABLE), supply.TABLE in layout.tables
-    limited, salient = current_limit.TABLE in layout.tables, saliency.TABLE in layout.tables
-    if salient and drive not in VOLTAGES:
-        raise InputFileError(f'{saliency.TABLE}: drive = "{drive}" knows no inductance; delete the table')
-    if sagging and drive != "voltage":
-        raise InputFileError(f'{supply.TABLE}: drive = "{drive}" does not see what its source does; delete the table')
-    if limited and drive != "current":
-        raise InputFileError(f'{current_limit.TABLE}: belongs to drive = "current", found "{drive}"; delete the table')
-    if drive in VOLTAGES:
-        coils = windings(
-            harmonics=harmonics,
-            apart=apart,
-            salient=salient,
-            sagging=sagging,
-            commanded=drive == "voltage",
-            phases=layout.phases,
-        )
-        return (
-            [_with_ports(VOLTAGES[drive](table_orders, layout.phases), layout), coils],
-            {},
-            dict.fromkeys(PHASES, "windings"),
-        )
-    coils = current_fed(
-        harmonics=harmonics, apart=apart, limited=limited, commanded=drive == "current", phases=layout.phases
-    )
-    blocks = [_with_ports(CURRENTS[drive](table_orders, layout.phases), layout), coils]
-    if not limited:
-        return blocks, {}, dict.fromkeys(PHASES, "drive")
-    wiring = {f"loop_{x}.i_ref_{x}": f"drive.i_{x}" for x in PHASES}
-    wiring |= {f"windings.i_{x}": f"loop_{x}.i_{x}" for x in PHASES}
-    return [*blocks, *map(current_limit.loop, PHASES)], wiring, {x: f"loop_{x}" for x in PHASES}
-
-
-def _with_ports(drive: Block, layout: Layout) -> Block:
-    return add_phase_ports(drive) if Port.PHASES in layout.ports else drive
 
 
 def _friction(layout: Layout, site: Site, *, geared: bool = False) -> tuple[Block, ...]:

@@ -133,6 +133,10 @@ def _estimate(fit: Fit, design: QuietDesign) -> Estimate:
         )
     if estimate.mechanism.phases == 3:
         raise InputFileError(f"{fit.source}: the motor has 3 phases; a microstep table is of two")
+    if estimate.mechanism.pulse:
+        raise InputFileError(
+            f"{fit.source}: stepper.pulses: a quiet microstep table is of a driver that holds its phases"
+        )
     return estimate
 
 

@@ -197,8 +197,10 @@ def named_holdings(plant: Plant) -> dict[str, Holding]:
 
 
 def _rubs(switch: Switch) -> bool:
-    """Return whether a switch holds a body at rest."""
-    return any(guard.resets for guards in switch.guards.values() for guard in guards)
+    """Return whether a switch holds a body at rest; an open coil, which is removed as it rests, holds none."""
+    resting = switch.modes[switch.otherwise]
+    holds = any(guard.resets for guards in switch.guards.values() for guard in guards)
+    return holds and {**resting, **switch.ideal} != dict(resting)
 
 
 @dataclass(frozen=True)

@@ -38,8 +38,8 @@ _WORDS_OF: Mapping[tuple[str, ...], frozenset[str]] = {
     RATES: _ANGLE_WORDS | {"rpm", "upm", "rps", "dps"},
     ("position",): frozenset(("mm", "um", "cm", "nm", "inch")),
     ("velocity",): frozenset(("mm", "mms", "um", "ums", "cms")),
-    ("current", "current_phase_a", "current_phase_b", "current_phase_c"): frozenset(("ma",)),
-    ("voltage", "voltage_phase_a", "voltage_phase_b"): frozenset(("mv", "kv")),
+    ("current", "current_phase_a", "current_phase_b", "current_phase_c", "current_phase_d"): frozenset(("ma",)),
+    ("voltage", *(f"voltage_phase_{x}" for x in "abcd")): frozenset(("mv", "kv")),
 }
 WORDS_OF_UNITS: Mapping[str, frozenset[str]] = {name: words for names, words in _WORDS_OF.items() for name in names}
 """Lower-case words that may denote a non-SI unit anywhere in a column name, by quantity."""

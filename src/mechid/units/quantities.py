@@ -25,8 +25,11 @@ SI_UNIT: Mapping[str, str] = {
     "current_phase_a": "A",
     "current_phase_b": "A",
     "current_phase_c": "A",
+    "current_phase_d": "A",
     "voltage_phase_a": "V",
     "voltage_phase_b": "V",
+    "voltage_phase_c": "V",
+    "voltage_phase_d": "V",
     **dict.fromkeys(FORCES[1:], "N"),
     **dict.fromkeys(TORQUES[1:], "N*m"),
 }

@@ -21,6 +21,7 @@ from mechid.kernel.source import generate, lanes_for, text_of_loop
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.phases import STAR
 from mechid.plant.plant import Plant
+from mechid.plant.pulses import HOLD, ON
 from mechid.simulation.simulator import CLOSE_STEPS
 
 FILES = ("mechanism.h", "mechanism.c", "main.c", "CMakeLists.txt")
@@ -90,13 +91,14 @@ class Source:
     @property
     def _kinds(self) -> dict[str, bool]:
         """Which sections of the templates a mechanism has."""
-        star = self.handover.mechanism.phases == STAR
+        star, pulse = self.handover.mechanism.phases == STAR, self.handover.mechanism.pulse
         return {
             "steps": self.steps,
             "held": not self.steps,
             "sensitive": self.sensitive,
             "star": star,
             "right_angles": not star,
+            "pulsed": pulse is not None,
         }
 
     @cached_property
@@ -133,6 +135,8 @@ class Source:
             "lanes": constants["NL"],
             "full_steps": f"{own.full_steps}.0",
             "n_kernel": len(plant.parameters),
+            "pulse_s": f"m->value[MECHANISM_P_{_word(ON)}]",
+            "pulse_hold": f"m->value[MECHANISM_P_{_word(HOLD)}]" if HOLD in names else "0.0",
             "library": ", ".join(library),
             "constants": printer.constants(),
             "kernel": printer.text(),

@@ -62,7 +62,9 @@ def without_ports(handover: Handover, values: Mapping[str, float], *, stand: boo
             "whose inputs are these channels"
         )
     mechanism = select_mechanism(bench, values, stand=stand)
-    return with_outputs(mechanism, [q for q in mechanism.plant.offered if q != LINE_TORQUE])
+    # Phase voltages are inputs of a unit, which have these names.
+    shown = [q for q in mechanism.plant.offered if q != LINE_TORQUE and not q.startswith("voltage_phase")]
+    return with_outputs(mechanism, shown)
 
 
 def with_ports(mechanism: Mechanism, *, stand: bool) -> Mechanism:

@@ -128,7 +128,7 @@ def _round_down(seconds: float) -> float:
     return float(np.round(np.floor(seconds / digit + 1e-9) * digit, 9))
 
 
-CURRENTS = ("current_phase_a", "current_phase_b", "current_phase_c")
+CURRENTS = tuple(f"current_phase_{x}" for x in "abcd")
 SUPPLY_REMEDY = "give it as a number, or add a channel of a phase current"
 
 
