@@ -91,7 +91,7 @@ def _records(source: Source, hints: Hints | None) -> Iterator[tuple[Record, Driv
         named, phases = load_named_lines(path), load_phases(path)
         for one in load_records(path):
             drive = _drive(one, named)
-            yield _data(one), replace(drive, command=drive.command.for_phases(phases))
+            yield _data(one), replace(drive, command=drive.command.for_motor(phases))
     else:
         yield from ((record, None) for record in read_bare(path, hints))
 
