@@ -331,10 +331,8 @@ def motor_torque(
         Periods per electrical period of the detents, None where not an integer.
     holding : str or None
         Torque of one phase at rest in the file's symbols, if known.
-    lagging : bool
-        Whether the detent torque has hysteresis.
-    warm : bool
-        Whether it changes with the motor's temperature.
+    lagging, warm : bool
+        Whether the detent torque has hysteresis, and whether it changes with the motor's temperature.
     """
     T_coils, T_mot = symbols("T_coils T_mot")
     T_D = (*symbols(f"T_D1:{len(orders) + 1}"), *((detent_hysteresis.T_hys,) if lagging else ()))
