@@ -1,5 +1,6 @@
 """A drive in pulses. Truth: exponentials of a coil, the twin, central differences, the balance of energy, ngspice."""
 
+import shutil
 from dataclasses import replace
 from itertools import pairwise
 
@@ -7,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from layouts import changed, paper_with
+from foreign import pulsed_drive
+from layouts import changed, mechanism_of, paper_with
 from mechid.command import Command, RateProfile
 from runs import base, rms, run_kernel, run_twin
 
@@ -96,6 +98,44 @@ def test_its_energy_balances(name):
     assert lost > 0.0
     clamped = (u * i).min()
     assert clamped < 0.0  # the clamps take energy while coils empty
+
+
+@pytest.mark.skipif(shutil.which("ngspice") is None, reason="ngspice is not installed")
+@pytest.mark.parametrize("phases", [2, 4])
+def test_ngspice_has_the_same_currents_and_swings(phases):
+    """Truth: a circuit of switches and diodes, in which nothing says what a coil does."""
+    v = pulsed_drive.VALUES
+    table = {
+        "assembly": "current_driven_stepper",
+        "stepper": {
+            "drive": "voltage",
+            "phases": phases,
+            "poles": 2.0 * v["half_poles"],
+            "peak_voltage": v["U"],
+            "coil_resistance": v["R"],
+            "coil_inductance": v["L"],
+            "torque_constant": v["k"],
+            "rotor_inertia": v["J"],
+            "pulses": {
+                "on_s": pulsed_drive.PULSE_S,
+                "clamp_V": pulsed_drive.CLAMP_V[phases],
+                "diode_drop_V": pulsed_drive.DIODE_DROP_V,
+            },
+        },
+        "friction": {"static": 0.0, "coulomb": 0.0, "viscous": v["viscous"]},
+    }
+    m = mechanism_of(table)
+    start, waveform = (45.0, "cosine") if phases == 2 else (0.0, "square")
+    rate = RateProfile.constant(1.0 / pulsed_drive.STEP_S)
+    plain = Command(stepping="full", microsteps=1, rate=rate, start_angle_deg=start, waveform=waveform)
+    found = pulsed_drive.run(phases)
+    m = replace(m, plant=m.plant.with_outputs(tuple(found)))
+    own = run_kernel(m, m.command_for(plain), base(pulsed_drive.SECONDS, rate_hz=pulsed_drive.RATE_HZ), substeps=4)
+    for quantity, theirs in found.items():
+        ours = np.asarray(own.values[quantity])
+        # A sample at a jump of the voltage is one of its sides here and their mean there.
+        off = np.sort(np.abs(ours - theirs))[: -theirs.size // 100]
+        assert rms(off) < 3e-4 * rms(theirs - theirs.mean()), quantity
 
 
 def integral(t, y):
