@@ -57,8 +57,8 @@ Bon_{x} on_{x} 0 V=V(gate)*V(duty_{x})
 S{x} feed_{x} wound_{x} on_{x} 0 driver
 Vlow_{x} low_{x} 0 {low!r}
 Dlow_{x} low_{x} wound_{x} diode"""
-"""Half of a pole's winding, fed one way, with the diode that clamps it. That in series with its switch is left out, since
-the circuit simulator finds no step with both: no current turns here while a half is fed."""
+"""Half of a pole's winding, fed one way, with the diode that clamps it. That in series with its switch is left out:
+with both the circuit simulator finds no step. No current turns here while a half is fed."""
 COIL = """
 R{x} wound_{x} inner_{x} {R!r}
 L{x} inner_{x} sensed_{x} {L!r} IC=0
