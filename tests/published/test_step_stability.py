@@ -60,13 +60,13 @@ def threshold(mechanism):
 def test_a_threshold_exists_which_clamps_on_both_sides_raise_and_lower_friction_lowers(note):
     """Truth: the published pattern."""
     cold, hot, both = threshold(drive(COLD)), threshold(drive(HOT)), threshold(drive(COLD, "open_both_ways"))
-    note(f"steps are lost from {cold} V, with clamps on both sides from {both} V, with {HOT} of {COLD} N m from {hot} V")
+    note(f"steps are lost from {cold} V; clamps on both sides {both} V; {HOT} in place of {COLD} N m {hot} V")
     assert not is_lost(drive(COLD), 25.0)
     assert hot < cold < both
 
 
 def test_at_a_voltage_between_the_wrong_clamp_predicts_stability():
-    """Truth: the published mistake: the model with diodes on both sides follows, the one with the real side does not."""
+    """Truth: the published mistake: with diodes on both sides the model follows, with the real ones it does not."""
     assert is_lost(drive(COLD), 40.0)
     assert not is_lost(drive(COLD, "open_both_ways"), 40.0)
     assert not is_lost(drive(COLD), 25.0)
