@@ -33,7 +33,11 @@ class Residual:
 
     def values(self, u: np.ndarray) -> np.ndarray:
         """Return the parameters of a scaled point, (P,)."""
-        return self.task.low + u * (self.task.high - self.task.low)
+        values = self.task.low + u * (self.task.high - self.task.low)
+        # Where the friction at rest is the smaller one, a rotor that sticks and slips at once is bisected without end.
+        static, coulomb = (self.task.names.index(f"friction.{name}") for name in ("static", "coulomb"))
+        values[static] = max(values[static], values[coulomb])
+        return values
 
     def __call__(self, u: np.ndarray) -> np.ndarray:
         """Return the residual, (N,) N m, offset and drift of each record taken out."""
