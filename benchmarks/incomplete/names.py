@@ -22,9 +22,15 @@ PLAIN = {
     "clock": "clock",
     "cross_axis_mode": "housing.second_mode",
     "inductance_over_angle": "stepper.saliency",
-    "detent_hysteresis": "stepper.detent_hysteresis",
 }
-NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warming", "chopper_ripple")
+NAMELESS = (
+    "detent_hysteresis",
+    "quantisation",
+    "gear_hysteresis",
+    "torque_saturation",
+    "coil_warming",
+    "chopper_ripple",
+)
 """What no block holds, or what is noise: nothing is to be named for it."""
 
 EQUIVALENT = {

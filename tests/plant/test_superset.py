@@ -81,7 +81,6 @@ def test_terms_of_one_name_are_one():
         ("stepper.torque_harmonic:3", "3rd harmonic of the torque constant"),
         ("stepper.imbalance", "the two phases differ in torque constant, resistance or inductance"),
         ("stepper.saliency", "the coils' inductance varies with the rotor's angle"),
-        ("stepper.detent_hysteresis", "the detent torque has hysteresis"),
         ("supply.sag", "the supply voltage falls with the current drawn"),
         ("friction.position:2", "dry friction varies with the angle of the rotor, 2 per turn"),
         ("friction.position:output:1", "dry friction varies with the angle of the output, 1 per turn"),

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from functools import partial
 
-from sympy import Expr, Float, Integer, pi, symbols
+from sympy import Integer, pi, symbols
 
 from mechid.parameter import Declaration
-from mechid.plant.block import Block, Extension, Guard, Switch
+from mechid.plant.block import Block, Guard, Switch
 from mechid.plant.drive_train import omega, p
 
 TABLE = "stepper.detent_hysteresis"
@@ -60,15 +60,4 @@ def hysteresis() -> Block:
         # The hysteresis relaxes and does not oscillate.
         swinging={h: ""},
         reference=DAHL,
-    )
-
-
-def extension(holding: Expr) -> Extension:
-    """Return the hysteresis that may be added, with 1 % of the holding torque."""
-    return Extension(
-        name=TABLE,
-        words="the detent torque has hysteresis",
-        table=TABLE,
-        widths={"torque": Float(0.01) * holding},
-        grown=False,
     )
