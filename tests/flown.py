@@ -114,4 +114,5 @@ def _lines(bench, command, state, period_s, skipped, times, rate_hz):
     torque = simulated(bench, command, (skipped + times) * period_s, samples / period_s, late_s)
     last = torque[skipped * samples : (skipped + times) * samples]
     turned = np.exp(-2j * np.pi * state.frequency_hz * late_s)
-    return 2.0 / last.size * np.fft.rfft(last)[state.orders * times] * turned, periodic_power(last)
+    bins = np.rint(state.orders * times).astype(int)  # orders of meshes need not be whole
+    return 2.0 / last.size * np.fft.rfft(last)[bins] * turned, periodic_power(last)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 from sympy import Expr, Integer
@@ -32,6 +32,11 @@ BASE_TORQUE, LINE_TORQUE = "transducer.T_base", "torque_below_cut_off"
 LINE_ORDER = 8
 """Order of the filter in front of the sampling of torque lines: the steepest available."""
 OUTPUT_QUANTITIES = {"output_angle": "load.alpha_gear", "output_rate": "load.omega_gear"}
+
+
+def exported_quantities(offered: Iterable[str]) -> list[str]:
+    """Return the quantities that an export outputs: phase voltages are its inputs, and lines belong to the budget."""
+    return [q for q in offered if q != LINE_TORQUE and not q.startswith("voltage_phase")]
 
 
 def _geared_stepper(layout: Layout) -> Parts:

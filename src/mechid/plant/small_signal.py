@@ -17,7 +17,7 @@ from mechid.plant.assembly import plant_of
 from mechid.plant.flight import keeps_stand, moving_base_objection, with_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.mechanisms import LINE_TORQUE
+from mechid.plant.mechanisms import exported_quantities
 from mechid.plant.moving_base import ACCELERATION
 from mechid.plant.plant import Plant
 from mechid.plant.ports import ADDED, PUSH, Port
@@ -93,7 +93,7 @@ def _open(flying: Mechanism) -> Mechanism:
     if keeps_stand(flying):
         layout = replace(layout, flying=None)
     plant = plant_of(layout)
-    plant = plant.with_outputs([quantity for quantity in plant.offered if quantity != LINE_TORQUE])
+    plant = plant.with_outputs(exported_quantities(plant.offered))
     return Mechanism(plant, {name: flying.parameters[name] for name in plant.declarations}, flying.options)
 
 

@@ -27,7 +27,7 @@ from mechid.plant.assembly import plant_of
 from mechid.plant.flight import moving_base_objection, with_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.mechanisms import LINE_TORQUE
+from mechid.plant.mechanisms import exported_quantities
 from mechid.plant.ports import Port
 
 VERSIONS = ("2", "3")
@@ -62,9 +62,7 @@ def without_ports(handover: Handover, values: Mapping[str, float], *, stand: boo
             "whose inputs are these channels"
         )
     mechanism = select_mechanism(bench, values, stand=stand)
-    # Phase voltages are inputs of a unit, which have these names.
-    shown = [q for q in mechanism.plant.offered if q != LINE_TORQUE and not q.startswith("voltage_phase")]
-    return with_outputs(mechanism, shown)
+    return with_outputs(mechanism, exported_quantities(mechanism.plant.offered))
 
 
 def with_ports(mechanism: Mechanism, *, stand: bool) -> Mechanism:
