@@ -29,7 +29,7 @@ from mechid.identification.computation.parallel import map_tasks
 from mechid.identification.computation.workforce import working_on_scheduler
 from mechid.identification.identify import identify
 from mechid.identification.result.fit import Fit
-from recovery.campaigns import DRIFT_NM, NOISE_NM, OFFSET_NM, RATE_HZ, record_of, tests, torque_of
+from recovery.campaigns import DRIFT_NM, NOISE_NM, OFFSET_NM, RATE_HZ, record_of, runs_of, torque_of
 
 OUT = Path("build/coverage.jsonl")
 RECORDS = ("full_res", "full_half", "micro_res", "micro_2res")
@@ -47,7 +47,7 @@ def main() -> None:
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     done = {(line["noise"], line["draw"]): line for line in _lines(arguments.out)}
     mechanism = catalogue_mechanism().with_values(TRUTH)
-    clean = {name: torque_of(mechanism, tests(mechanism)[name]) for name in RECORDS}
+    clean = {name: torque_of(mechanism, runs_of(mechanism)[name]) for name in RECORDS}
     keys = list(dict.fromkeys([FIRST, *((arguments.noise, draw) for draw in range(*arguments.draws))]))
     own = import_module("interval_coverage")  # by the name by which workers find it, too
     with working_on_scheduler(arguments.scheduler):
@@ -105,7 +105,7 @@ def drawn(clean, mechanism, noise: str, draw: int) -> Campaign:
     for name, torque in clean.items():
         line = OFFSET_NM * rng.standard_normal() + DRIFT_NM * rng.standard_normal() * np.linspace(0.0, 1.0, torque.size)
         samples = torque + line + noise_series(rng, noise, torque.size)
-        records.append(record_of(name, samples, tests(mechanism)[name].command))
+        records.append(record_of(name, samples, runs_of(mechanism)[name].command))
     return Campaign(
         path=Path("campaign.toml"),
         mechanism_path=Path("mechanism.toml"),

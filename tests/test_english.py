@@ -10,7 +10,6 @@ SOURCES = sorted(
     path for path in (Path(__file__).parents[1] / "src" / "mechid").rglob("*.py") if path.parent.name != "loop"
 )
 """Without the text of the kernels' time loop, which is stored word by word (tests/kernel/golden)."""
-TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
 MOST_WHAT = 500
 """Times that "what" may stand in all docstrings: mostly a noun of the field says more."""
 LEAST_COMMENTS = 15.0
@@ -35,23 +34,28 @@ NOUNS = frozenset(
 """Words of the field, or of Python, that look like a bare participle and are a noun or a verb."""
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(path.parents[2])))
-def test_the_head_of_a_module_names_a_thing(path):
-    assert not NO_SUBJECT.match(ast.get_docstring(TREES[path]) or "")
+@pytest.fixture(scope="module")
+def trees():
+    """Return the syntax tree of each module, by its path."""
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
 
 
-def functions():
+def test_the_head_of_a_module_names_a_thing(trees):
+    assert not [path for path, tree in trees.items() if NO_SUBJECT.match(ast.get_docstring(tree) or "")]
+
+
+def functions(trees):
     """Yield all functions, each with its file."""
-    for path, tree in TREES.items():
+    for path, tree in trees.items():
         for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef):
                 yield path, node
 
 
-def test_no_function_is_called_by_a_bare_participle_or_adverb():
+def test_no_function_is_called_by_a_bare_participle_or_adverb(trees):
     """A property is a value, and may be called by an adjective."""
     found = []
-    for path, node in functions():
+    for path, node in functions(trees):
         word = node.name.lstrip("_")
         is_value = any(isinstance(d, ast.Name) and "property" in d.id for d in node.decorator_list)
         is_bare = bool(PARTICIPLE.fullmatch(word)) or word in IRREGULAR
@@ -60,9 +64,9 @@ def test_no_function_is_called_by_a_bare_participle_or_adverb():
     assert not found
 
 
-def test_docstrings_name_things():
+def test_docstrings_name_things(trees):
     kinds = (ast.Module, ast.ClassDef, ast.FunctionDef)
-    docstrings = [ast.get_docstring(n) or "" for t in TREES.values() for n in ast.walk(t) if isinstance(n, kinds)]
+    docstrings = [ast.get_docstring(n) or "" for t in trees.values() for n in ast.walk(t) if isinstance(n, kinds)]
     assert sum(len(re.findall(r"\bwhat\b", text, re.IGNORECASE)) for text in docstrings) <= MOST_WHAT
 
 

@@ -11,7 +11,7 @@ from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.campaign.trajectory_file import record_rows
 from mechid.command import Command
 from mechid.writing import write_atomically
-from recovery.campaigns import campaign, tests
+from recovery.campaigns import campaign, runs_of
 from recovery.mechanisms import FAMILIES
 
 COMMENT = "SYNTHETIC: simulated from a mechanism of the recovery benchmark; nothing here was measured."
@@ -22,7 +22,7 @@ def write_recovery_bench(folder: Path, family: int, seed: int) -> None:
     catalogue, truth = FAMILIES[family].catalogue(), FAMILIES[family].truth(seed)
     folder.mkdir(parents=True, exist_ok=True)
     write_mechanism(catalogue, folder / MECHANISM_NAME, COMMENT)
-    commands = {name: test.command for name, test in tests(truth).items()}
+    commands = {name: test.command for name, test in runs_of(truth).items()}
     drafts = [RecordDraft(name=n, file=f"{n}.csv", command=_toml(c)) for n, c in commands.items()]
     write_atomically(folder / FILE_NAME, campaign_text(drafts, COMMENT))
     for record in campaign(catalogue, truth, seed, "all").records:

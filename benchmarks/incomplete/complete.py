@@ -7,7 +7,7 @@ import numpy as np
 from interval_coverage import POLES, RECORDS, drawn
 from mechid.campaign import Campaign, catalogue_mechanism
 from mechid.campaign.bench import TRUTH
-from recovery.campaigns import RATE_HZ, tests, torque_of
+from recovery.campaigns import RATE_HZ, runs_of, torque_of
 
 HUM, COARSE = "hum", "coarse"
 KINDS = ("white", "ar888", "ar46", HUM, COARSE)
@@ -22,7 +22,7 @@ class Complete:
 
     def __init__(self) -> None:
         self.mechanism = catalogue_mechanism().with_values(TRUTH)
-        self.clean = {name: torque_of(self.mechanism, tests(self.mechanism)[name]) for name in RECORDS}
+        self.clean = {name: torque_of(self.mechanism, runs_of(self.mechanism)[name]) for name in RECORDS}
 
     def campaign(self, kind: str, draw: int) -> Campaign:
         """Return a campaign that nothing is left out of."""

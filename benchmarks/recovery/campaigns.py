@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from mechid.campaign.campaign import TIME_OFFSET, record_parameter_name
 from mechid.command import Command, RateProfile
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
+from mechid.plant.phases import STAR
 from mechid.records import Record, RecordSpec
 from mechid.records.record import Channel
 from mechid.records.spec import Role
@@ -18,6 +20,7 @@ from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 
 RATE_HZ = 10_000.0
 SUBSTEPS = 8
+UNIPOLAR = 4
 """Integration steps a sample of what makes the records, and of what judges the estimates."""
 NOISE_NM, OFFSET_NM, DRIFT_NM = 2e-3, 10e-3, 4e-3
 """Standard deviations: of each sample; between records, of the offset and of the drift over a record."""
@@ -33,8 +36,8 @@ class Test:
     seconds: float
 
 
-def tests(mechanism: Mechanism) -> dict[str, Test]:
-    """Return the six test runs of a mechanism by name.
+def runs_of(mechanism: Mechanism, stepped: str = "micro") -> dict[str, Test]:
+    """Return the six test runs of a mechanism by name; "micro" ones are in half or full steps where `stepped` says so.
 
     The base rate is 0.98 of the resonance of the load on the gear's spring, rotor held; its half, its double
     and the sweep's end (2.4 times it) are multiples of it.
@@ -42,30 +45,36 @@ def tests(mechanism: Mechanism) -> dict[str, Test]:
     resonance_hz = math.sqrt(mechanism.value("gear.stiffness") / mechanism.value("load.inertia")) / (2.0 * math.pi)
     rate = round(0.98 * resonance_hz, 1)
     sweep = RateProfile.through([(0.0, 0.0), (20.0, 2.4 * rate)])
+    command = partial(_command, mechanism)
     return {
-        "full_res": Test(_full(rate), 1.0),
-        "full_half": Test(_full(rate / 2.0), 1.0),
-        "full_slow": Test(_full(5.0), 1.5),
-        "micro_res": Test(_micro(RateProfile.constant(rate)), 1.0),
-        "micro_2res": Test(_micro(RateProfile.constant(2.0 * rate)), 1.0),
-        "sweep": Test(_micro(sweep), 20.0),
+        "full_res": Test(command("full", RateProfile.constant(rate)), 1.0),
+        "full_half": Test(command("full", RateProfile.constant(rate / 2.0)), 1.0),
+        "full_slow": Test(command("full", RateProfile.constant(5.0)), 1.5),
+        "micro_res": Test(command(stepped, RateProfile.constant(rate)), 1.0),
+        "micro_2res": Test(command(stepped, RateProfile.constant(2.0 * rate)), 1.0),
+        "sweep": Test(command(stepped, sweep), 20.0),
     }
 
 
-def _full(rate: float) -> Command:
-    return Command(stepping="full", microsteps=1, rate=RateProfile.constant(rate), start_angle_deg=45.0)
+def _command(mechanism: Mechanism, stepping: str, rate: RateProfile) -> Command:
+    """Return a command; half windings are switched, and full steps of two phases begin between them."""
+    phases = mechanism.plant.layout.phases
+    command = Command(
+        stepping=stepping,
+        microsteps={"full": 1, "half": 2, "micro": 16}[stepping],
+        rate=rate,
+        start_angle_deg=45.0 if stepping == "full" and phases != STAR else 0.0,
+        waveform="square" if phases == UNIPOLAR else "cosine",
+    )
+    return mechanism.command_for(command)
 
 
-def _micro(rate: RateProfile) -> Command:
-    return Command(stepping="micro", microsteps=16, rate=rate, start_angle_deg=0.0)
-
-
-def campaign(start: Mechanism, truth: Mechanism, seed: int, variant: str) -> Campaign:
+def campaign(start: Mechanism, truth: Mechanism, seed: int, variant: str, stepped: str = "micro") -> Campaign:
     """Return the campaign of a mechanism, to be identified from `start`.
 
     Records common to two variants are equal sample by sample.
     """
-    runs = tests(truth)
+    runs = runs_of(truth, stepped)
     generators = np.random.default_rng((seed, 1)).spawn(len(runs))
     records = tuple(
         record_of(name, _measured(truth, run, rng), run.command)

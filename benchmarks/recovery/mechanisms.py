@@ -1,4 +1,4 @@
-"""Two families of mechanisms: what is drawn, and the catalogue from which each is identified."""
+"""Families of mechanisms: what is drawn, and the catalogue from which each is identified."""
 
 import copy
 import math
@@ -15,18 +15,23 @@ from mechid.plant.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class Family:
-    """Mechanisms that one catalogue describes; each draw is a truth within the family's ranges."""
+    """Mechanisms that one catalogue describes; each draw is a truth within the family's ranges.
+
+    `stepped` is how a driver of the family goes through a step finer than a full one: "micro", "half", or not at all.
+    """
 
     number: int
     table: Callable[[], dict[str, Any]]
+    draw: Callable[[np.random.Generator], Mapping[str, float]]
+    stepped: str = "micro"
 
     def catalogue(self) -> Mechanism:
-        """Return the catalogue, its 15 unknown parameters free."""
+        """Return the catalogue, its unknown parameters free."""
         return mechanism_from_table(self.table(), f"catalogue of family {self.number}")
 
     def truth(self, seed: int) -> Mechanism:
         """Return the mechanism of a seed."""
-        return self.catalogue().with_values(drawn(np.random.default_rng((self.number, seed))))
+        return self.catalogue().with_values(self.draw(np.random.default_rng((self.number, seed))))
 
 
 def drawn(rng: np.random.Generator) -> Mapping[str, float]:
@@ -90,4 +95,46 @@ def fine_stepped_table() -> dict[str, Any]:
     return table
 
 
-FAMILIES = {1: Family(1, paper_table), 2: Family(2, fine_stepped_table)}
+def star_table() -> dict[str, Any]:
+    """Return a three-phase motor in star with the paper's pole pairs: full steps of 1.2 degrees."""
+    table = paper_table()
+    table["stepper"] |= {"phases": 3, "connection": "star"}
+    for detent, period in zip(table["stepper"]["detent"], (1.2, 2.4), strict=True):
+        detent["period_deg"] = period
+    return table
+
+
+def unipolar_table() -> dict[str, Any]:
+    """Return a motor of four phases, one half winding each."""
+    table = paper_table()
+    table["stepper"] |= {"phases": 4, "connection": "unipolar"}
+    return table
+
+
+def pulsed_table() -> dict[str, Any]:
+    """Return a bipolar motor fed for 5 ms a step, its phases then open but for clamping diodes at 6 V.
+
+    Between pulses the detent of a full step holds the rotor; that of two steps has a tenth of the paper's range, or the
+    rotor would fall into every second step.
+    """
+    table = paper_table()
+    clamp = {"value": 6.0, "min": 2.0, "max": 20.0}
+    table["stepper"]["pulses"] = {"on_s": 0.005, "between": "open", "clamp_V": clamp, "diode_drop_V": 0.7}
+    return table
+
+
+def drawn_pulsed(rng: np.random.Generator) -> Mapping[str, float]:
+    """Draw the 16 unknown parameters of a pulsed motor."""
+    values = dict(drawn(rng))
+    values["stepper.detent.1.amplitude"] *= 0.1
+    values["stepper.pulses.clamp_V"] = rng.uniform(3.0, 12.0)
+    return values
+
+
+FAMILIES = {
+    1: Family(1, paper_table, drawn),
+    2: Family(2, fine_stepped_table, drawn),
+    3: Family(3, star_table, drawn),
+    4: Family(4, unipolar_table, drawn, stepped="half"),
+    5: Family(5, pulsed_table, drawn_pulsed, stepped="full"),
+}

@@ -13,7 +13,7 @@ def recovered(workers: int | None, key: tuple[int, int, str]) -> dict:
     """Return the line of one mechanism, by family, seed and variant; its kernel is compiled before the clock starts."""
     family, seed, variant = key
     mechanism = FAMILIES[family].truth(seed)
-    records = campaign(FAMILIES[family].catalogue(), mechanism, seed, variant)
+    records = campaign(FAMILIES[family].catalogue(), mechanism, seed, variant, FAMILIES[family].stepped)
     truth = truth_of(records, mechanism)
     wall, cpu = time.perf_counter(), time.process_time()
     fit = identify(records, workers=workers)

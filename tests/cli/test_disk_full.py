@@ -62,7 +62,7 @@ VERBS = {
 }
 
 
-SLOW = ("diagnose", "export linear")
+SLOW = ("diagnose", "export linear", "budget")
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Motors and drives through every command: phases in star, unipolar halves, pulses. Truth: the values simulated."""
+"""Motors, drives and meshes through every command: star, unipolar halves, pulses. Truth: the values simulated."""
 
 import csv
 import json
@@ -28,6 +28,7 @@ viscous = {{ value = 1e-3, min = 0.0, max = 0.01 }}
 ratio = 50
 stiffness = {{ value = 1000.0, min = 200.0, max = 5000.0 }}
 damping = {{ value = 0.5, min = 0.05, max = 3.0 }}
+{gear}
 [load]
 inertia = 0.0105
 """
@@ -35,11 +36,36 @@ PULSES = """[stepper.pulses]
 on_s = 0.008
 between = "open"
 clamp_V = { value = 3.0, min = 0.5, max = 10.0 }"""
+ERROR = """[[gear.kinematic_error]]
+order = "mesh 2"
+amplitude = { value = 2e-4, min = 0.0, max = 2e-3 }
+phase_deg = { value = 40.0, min = -180.0, max = 180.0 }
+"""
+MESH = f"""[[gear.mesh]]
+teeth = [20, 52]
+[[gear.mesh]]
+teeth = [23, 69]
+ratio_behind = 6.41025641025641
+{ERROR}[[gear.stiffness_variation]]
+order = "mesh 1"
+amplitude = {{ value = 0.15, min = 0.0, max = 0.5 }}
+phase_deg = -30.0
+"""
 MOTORS = {
-    "star": {"motor": "poles = 20\nphases = 3", "period": 6.0, "drive": ""},
-    "unipolar": {"motor": "poles = 100\nphases = 4", "period": 1.8, "drive": ""},
-    "pulses": {"motor": "poles = 100", "period": 1.8, "drive": PULSES},
+    "star": {"motor": "poles = 20\nphases = 3", "period": 6.0, "drive": "", "gear": ""},
+    "unipolar": {"motor": "poles = 100\nphases = 4", "period": 1.8, "drive": "", "gear": ""},
+    "pulses": {"motor": "poles = 100", "period": 1.8, "drive": PULSES, "gear": ""},
+    "mesh": {"motor": "poles = 100", "period": 1.8, "drive": "", "gear": MESH},
 }
+TRUTH = {
+    "pulses": {"stepper.pulses.clamp_V": 3.0},
+    "mesh": {
+        "gear.kinematic_error.0.amplitude": 2e-4,
+        "gear.kinematic_error.0.phase_deg": 40.0,
+        "gear.stiffness_variation.0.amplitude": 0.15,
+    },
+}
+"""Beside the values that all have."""
 START = {"unipolar": 'start_angle_deg = 0.0, waveform = "square"'}
 OFF = {"coil_resistance": 1.2, "torque_constant": 0.85, "stiffness": 1.4, "clamp_V": 1.4}
 """Catalogue over truth."""
@@ -121,7 +147,7 @@ def test_a_motor_goes_through_every_command(run, tmp_path, motor):
     found = json.loads((fit / "estimate.json").read_text(encoding="utf-8"))
     assert found["grade"] == "A"
     truth = {"stepper.coil_resistance": 9.0, "stepper.torque_constant": 0.3, "gear.stiffness": 1000.0}
-    truth |= {"stepper.pulses.clamp_V": 3.0} if motor == "pulses" else {}
+    truth |= TRUTH.get(motor, {})
     for name, value in truth.items():
         one = found["parameters"][name]
         assert abs(one["value"] - value) < 4.0 * one["std_error"], name

@@ -78,8 +78,9 @@ LONG = (
     "counts of 16 bits wrapped",
     "rectified and squared",
     "every second sample of another channel",
+    "backwards",
 )
-"""More than a second each; the default tests have six others."""
+"""More than a second each; the default tests have five others."""
 
 
 @pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one in LONG else one for one in MISREAD])
@@ -92,7 +93,9 @@ def test_no_remedy_is_offered_for_a_record_of_two_sample_rates():
     assert not [line for line in lines(with_two_rates(), rate_hz=0.5 * RATE_HZ) if REMEDY.search(line)]
 
 
-@pytest.mark.parametrize("name", ["thousands commas", "half a thousand times too small"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("thousands commas", marks=pytest.mark.slow), "half a thousand times too small"]
+)
 def test_a_misread_record_beside_right_ones_gets_no_remedy(name):
     right = record("other", OTHER, COMMANDS["micro_46"])
     assert not [line for line in lines(MISREAD[name], right) if REMEDY.search(line)]
