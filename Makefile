@@ -9,6 +9,8 @@ SETUP  := pyproject.toml constraints.txt
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-slow test-data site pages package package-test bench recovery coverage faults fuzz incomplete lint style types format pytest lock \
         clean
+# Tests start hundreds of processes, each of which would compile the package's modules anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile

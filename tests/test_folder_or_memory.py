@@ -123,7 +123,9 @@ def export(fit, campaign, out):
     return tables | {"words": list(done.written.words)}
 
 
-@pytest.mark.parametrize("made", [pytest.param(budget, marks=pytest.mark.slow), compare, emission, export])
+@pytest.mark.parametrize(
+    "made", [*(pytest.param(one, marks=pytest.mark.slow) for one in (budget, compare)), emission, export]
+)
 def test_results_do_not_depend_on_where_the_fit_is(made, fit, folder, tmp_path):
     """In memory, from the folder by its path, and loaded with the campaign."""
     write_results(fit, report_data(fit), tmp_path / "other", validation=mechid.validate(fit.campaign, fit))

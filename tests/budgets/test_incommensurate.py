@@ -84,6 +84,7 @@ def test_derivatives_are_those_of_differences():
         np.testing.assert_allclose(state.gradient[kept, k], slope, atol=1e-3 * np.abs(slope).max())
 
 
+@pytest.mark.slow
 def test_a_large_harmonic_counts_as_a_motion_that_does_not_repeat():
     """Truth: the linear response to a tenfold error misses more than a tenth of the torque it makes."""
     assert steady_state(flying(10.0), MODE, RATE, (), 2).periods == 0

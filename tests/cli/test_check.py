@@ -6,6 +6,8 @@ import re
 import subprocess
 import sys
 
+import pytest
+
 LOADED = """
 import sys
 from mechid.cli import main
@@ -59,6 +61,7 @@ def test_more_than_one_edge_a_sample_is_warned(run, changed):
     assert any("micro_92" in line and "between two samples" in line for line in warnings(result))
 
 
+@pytest.mark.slow
 def test_a_parameter_that_no_record_sees_is_warned_with_its_remedy(run, changed):
     """A detent known to be zero has a phase that changes nothing."""
     folder = changed("mechanism.toml", "amplitude = { value = 0.0, min = 0.0, max = 0.1 }", "amplitude = 0.0  ")

@@ -125,9 +125,9 @@ def test_a_reader_that_has_gone_is_quiet(fitted):
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": "ascii"}
 
 
-def test_a_path_of_umlauts_where_letters_are_ascii(staged, tmp_path):
+def test_a_path_of_umlauts_where_letters_are_ascii(bench_of_two, tmp_path):
     """Truth: the bytes of the names, UTF-8, which the results hold."""
-    folder = staged.rename(tmp_path / "Prüfstand")
+    folder = bench_of_two("full_46", "micro_46").rename(tmp_path / "Prüfstand")
     out = tmp_path / "größe"
     how = {"env": {**os.environ, **ASCII}, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     assert run_as_shell("check", folder, **how).returncode == 0

@@ -6,7 +6,8 @@ import pytest
 
 import mechid
 from fewer_records import keep_records
-from mechid.campaign.bench import write_bench
+from mechid.campaign import mechanism_text
+from mechid.campaign.bench import true_mechanism, write_bench
 from mechid.errors import InputFileError, UsageError
 from mechid.fits.load import campaign_first, campaign_of_fit, completed_file, fit_from, load_campaign_of, load_fit
 from mechid.identification.result.estimate_file import estimate_text
@@ -25,6 +26,8 @@ def left(tmp_path_factory):
     place = tmp_path_factory.mktemp("fits")
     write_bench(place / "bench", seed=3, sweep_s=1.0)
     keep_records(place / "bench", "full_46", "micro_46")
+    unknown = true_mechanism().with_free(("gear.stiffness", "gear.damping"))
+    (place / "bench" / "mechanism.toml").write_text(mechanism_text(unknown, "near"), encoding="utf-8")
     with (place / "bench" / "campaign.toml").open("a") as file:
         file.write(STAGE)
     done = mechid.identify_into(mechid.load_campaign(place / "bench"), place / "fit", workers=1)

@@ -258,6 +258,7 @@ def test_a_law_is_an_entry_of_missing_too(with_law):
     assert with_law.fit.grade is Grade.B
 
 
+@pytest.mark.slow
 def test_a_law_and_a_term_are_both_entries_of_missing(with_both):
     """Truth: the mechanism that made the record has both; each fall by a fit without it."""
     fit = with_both.fit
@@ -280,6 +281,7 @@ def test_a_law_and_a_term_are_both_entries_of_missing(with_both):
     assert tables[1].keys() == {"stepper"}
 
 
+@pytest.mark.slow
 def test_a_law_explains_what_a_fit_without_it_leaves(with_both):
     """Truth: a fit of the same record by the mechanism with the term alone, at the level of the full fit's residual."""
     fit = with_both.fit
@@ -294,6 +296,7 @@ def test_a_law_explains_what_a_fit_without_it_leaves(with_both):
     assert entry.chi_square == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_file_left_behind_declares_a_law_and_a_term(with_both):
     text = (with_both.folder / "mechanism.toml").read_text(encoding="utf-8")
     body = text.split("assembly = ")[1]

@@ -133,7 +133,8 @@ def test_a_low_pass_is_not_called_delays_of_the_records():
     assert np.sqrt(np.mean(np.square(off))) < 1.6
 
 
-@pytest.mark.parametrize(("late_s", "near"), [(0.0, TRUTH), pytest.param(1e-3, None, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("late_s", "near"), [(0.0, TRUTH), (1e-3, None)])
 def test_a_high_pass_is_not_called_delays_and_stands_beside_real_ones(late_s, near):
     """Truth: a charge amplifier of 0.2 s that the file lacks, and in the second case records that begin late.
 

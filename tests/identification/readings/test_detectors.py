@@ -144,6 +144,7 @@ def test_a_rate_is_used_only_where_terms_do_not_explain_the_declared_one(monkeyp
     assert ("not read so" in found.line()) != confirmed
 
 
+@pytest.mark.slow
 def test_offsets_of_the_phases_are_not_read_as_half_the_rate():
     """Truth: phase offsets of 0.25 and -0.25 V, which the file lacks; the command is as declared."""
     table = changed(paper_table(), {"stepper": {"imbalance": {"offset_a": 0.25, "offset_b": -0.25}}})

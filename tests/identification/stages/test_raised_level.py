@@ -32,6 +32,7 @@ def test_the_effect_is_named_exactly_and_grown_to_the_ends(after):
     assert amplitude == pytest.approx(AMPLITUDE_NM, rel=0.02)
 
 
+@pytest.mark.slow
 def test_noise_levels_are_those_known_beforehand(after):
     at, _ = after.raised
     assert any(c.raised for t in at.problem.targets for c in t.channels)
