@@ -1,9 +1,16 @@
 """Tooth meshes. Truth: the published orders of a solar array drive, and the arithmetic of wheels counted by hand."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
-from layouts import LAYOUTS, paper_with
+from layouts import LAYOUTS, changed, paper_with
 from mechid.plant.superset import superset_of
+from mechid.simulation.simulator import Simulator, simulate_run
+from mechid.simulation.start import Start
+from paper import constant
+from runs import base
 
 SOLAR_ARRAY = {"ratio": 184, "mesh": [{"teeth": [74, 69]}, {"teeth": [75, 80], "ratio_behind": 185}]}
 """The drive of Sentinel-2 behind its motor: wheel 2 (74 teeth) drives 3 (69), 3 (75) drives 4 (80)."""
@@ -57,3 +64,29 @@ def test_an_error_that_the_file_has_is_no_candidate():
     names = {t.name for t in superset_of(paper_with(LAYOUTS["tooth mesh"])).terms}
     assert not names & {f"gear.kinematic_error:mesh {k}" for k in (1, 2)}
     assert {n for n in names if n.startswith("gear.stiffness_variation")} == {"gear.stiffness_variation:mesh 1"}
+
+
+def test_a_stiffness_that_varies_with_the_teeth_gains_no_energy():
+    """Truth: J w^2/2 + J_l w_l^2/2 + (1 + v) K d^2/2 stays as it began, where nothing drives and nothing rubs."""
+    free = {
+        "housing": None,
+        "friction": {"static": 0.0, "coulomb": 0.0, "viscous": 0.0},
+        "stepper": {"torque_constant": 1e-15, "detent": None},
+        "gear": {"damping": 0.0},
+    }
+    m = paper_with(changed(LAYOUTS["tooth mesh"], free))
+    m = replace(m, plant=m.plant.with_outputs(("rotor_angle", "rotor_rate", "output_angle", "output_rate")))
+    start = Start({"start.rate": 3.0, "start.twist": 2e-4, "start.twist_rate": 0.05})
+    simulator = Simulator(m.plant, constant(46.0), base(1.0), start=start)
+    angle, rate, output, output_rate = simulate_run(simulator.run(m.kernel_values(), substeps=16)).values.values()
+
+    def harmonic(name):
+        order, amplitude, phase_deg = (m.value(f"gear.{name}.{key}") for key in ("order", "amplitude", "phase_deg"))
+        return amplitude * np.sin(order * angle + np.radians(phase_deg))
+
+    variation, error = harmonic("stiffness_variation.0"), sum(harmonic(f"kinematic_error.{k}") for k in range(3))
+    kinetic = 0.5 * m.value("stepper.rotor_inertia") * rate**2 + 0.5 * m.value("load.inertia") * output_rate**2
+    elastic = 0.5 * m.value("gear.stiffness") * (angle / m.value("gear.ratio") + error - output) ** 2
+    energy = kinetic + (1.0 + variation) * elastic
+    assert np.ptp(variation * elastic) > 1e-3 * energy[0]
+    assert np.ptp(energy) < 1e-9 * energy[0]
