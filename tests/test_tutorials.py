@@ -13,6 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
 SCRIPTS = sorted((ROOT / "examples" / "gallery").glob("*.py"))
+BLOCK_SCRIPTS = sorted((ROOT / "examples" / "blocks").glob("*.py"))
 CELL = re.compile(r"^```\{code-cell\}[^\n]*\n(?::[^\n]*\n)*(.*?)^```$", re.MULTILINE | re.DOTALL)
 COMMAND = re.compile(r"^!(.*)$", re.MULTILINE)
 MOST_LINES = 20
@@ -78,3 +79,19 @@ def test_a_script_of_the_gallery_draws(script, demo, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "agg")
     runpy.run_path(os.fspath(script), run_name="__main__")
     assert (demo / f"{script.stem}.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("script", BLOCK_SCRIPTS, ids=lambda script: script.stem)
+def test_a_picture_of_a_block_is_on_one_page_with_its_script(script):
+    pages = [page.read_text("utf-8") for page in (ROOT / "docs" / "blocks").glob("*.md")]
+    (page,) = [page for page in pages if f"](../../examples/blocks/{script.name})" in page]
+    assert f"](../images/blocks/{script.stem}.png)" in page
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("script", BLOCK_SCRIPTS, ids=lambda script: script.stem)
+def test_a_script_of_a_block_draws(script, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    runpy.run_path(os.fspath(script), run_name="__main__")
+    assert (tmp_path / f"{script.stem}.png").stat().st_size > 10_000
