@@ -54,7 +54,7 @@ def test_a_law_that_is_the_default_is_the_paper_s_plant():
 @pytest.mark.parametrize("table", [name for name in CHOICES if name != "housing"])
 def test_a_law_that_is_none_is_answered_with_the_nearest(table):
     wrong = list(CHOICES[table])[-1][:-1] + "x"
-    key = {"stepper": "drive", "stepper.pulses": "between"}.get(table, "law")
+    key = {"stepper": "drive", "stepper.pulses": "between", "stepper.chop": "decay"}.get(table, "law")
     entry = {key: wrong}
     for name in reversed(table.split(".")):
         entry = {name: entry}

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 from mechid.errors import InputFileError
-from mechid.plant import current_limit, detent_hysteresis, magnet, microstep_table, pulses, saliency, supply
+from mechid.plant import chopper, current_limit, detent_hysteresis, magnet, microstep_table, pulses, saliency, supply
 from mechid.plant.block import Block
 from mechid.plant.detent import detent
 from mechid.plant.drive import CURRENTS, VOLTAGES
@@ -30,6 +31,7 @@ def _phases(layout: Layout, drive: str) -> Parts:
     check_star(layout.phases, (*layout.tables, *layout.orders))
     pulses.check_pulses(layout, drive)
     _check_drive(layout, drive)
+    decay = chopper.check_chopper(layout)
     harmonics, table_orders = layout.whole_orders(HARMONIC), layout.whole_orders(microstep_table.TABLE)
     apart, sagging = "stepper.imbalance" in layout.tables, supply.TABLE in layout.tables
     source = _with_ports({**VOLTAGES, **CURRENTS}[drive](table_orders, layout.phases), layout)
@@ -57,8 +59,9 @@ def _phases(layout: Layout, drive: str) -> Parts:
         return [source, coils], {}, _currents(layout, dict.fromkeys(PHASES, "drive"))
     wiring = {f"loop_{x}.i_ref_{x}": f"drive.i_{x}" for x in PHASES}
     wiring |= {f"windings.i_{x}": f"loop_{x}.i_{x}" for x in PHASES}
-    loops = map(current_limit.loop, PHASES)
-    return [source, coils, *loops], wiring, _currents(layout, {x: f"loop_{x}" for x in PHASES})
+    loops = map(partial(chopper.chopped_loop, decay=decay) if decay else current_limit.loop, PHASES)
+    voltages = {f"voltage_phase_{x.lower()}": f"loop_{x}.v_{x}" for x in PHASES} if decay else {}
+    return [source, coils, *loops], wiring, {**_currents(layout, {x: f"loop_{x}" for x in PHASES}), **voltages}
 
 
 def _check_drive(layout: Layout, drive: str) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from mechid.parameter import Role
-from mechid.plant import current_limit
+from mechid.plant import chopper, current_limit
 from mechid.plant.assembly import plant_of
 from mechid.plant.flight import keeps_stand, moving_base_objection, with_base
 from mechid.plant.layout import Base, Flying
@@ -89,7 +89,7 @@ def _open(flying: Mechanism) -> Mechanism:
     layout = flying.plant.layout
     assert layout is not None
     # Within its supply the limited drive is the ideal one.
-    layout = replace(layout, ports=frozenset(Port), tables=layout.tables - {current_limit.TABLE})
+    layout = replace(layout, ports=frozenset(Port), tables=layout.tables - {current_limit.TABLE, chopper.TABLE})
     if keeps_stand(flying):
         layout = replace(layout, flying=None)
     plant = plant_of(layout)

@@ -9,6 +9,7 @@ from functools import partial
 from mechid.parameter import Role
 from mechid.plant import (
     cable,
+    chopper,
     current_limit,
     dc_motor,
     detent_hysteresis,
@@ -113,6 +114,14 @@ _ALL = (
     Table(magnet.TABLE, "magnet of the rotor over temperature", optional=True),
     Table(saliency.TABLE, "inductance of the coils over the rotor's angle", optional=True),
     Table(current_limit.TABLE, "what limits a current drive; without it currents jump", optional=True),
+    Table(
+        chopper.TABLE,
+        "chopper of a current drive, switch by switch; without it its average",
+        option=chopper.OPTION,
+        choices=chopper.DECAYS,
+        optional=True,
+        bench="a budget and linear models have the average of a chopper",
+    ),
     Table(
         pulses.TABLE,
         "pulse of the driver after each step; without it the phases are held from step to step",
