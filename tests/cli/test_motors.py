@@ -161,6 +161,24 @@ def test_a_motor_goes_through_every_command(run, tmp_path, motor):
         assert told["checked"] is not None
 
 
+@pytest.mark.slow
+def test_an_error_of_a_mesh_that_the_file_lacks_is_named(run, tmp_path):
+    """Truth: the kinematic error at the second mesh that made the records."""
+    start, true = "start_angle_deg = 45.0", MECHANISM.format(**MOTORS["mesh"])
+    (tmp_path / "mechanism.toml").write_text(true, encoding="utf-8")
+    write_campaign(tmp_path, start)
+    assert run("simulate", tmp_path, "--out", tmp_path / "sim").exit_code == 0
+    add_noise(tmp_path / "sim", np.random.default_rng(5))
+    (tmp_path / "start.toml").write_text(true.replace(ERROR, ""), encoding="utf-8")
+    write_campaign(tmp_path, start, measured=True)
+    run("identify", tmp_path, "--out", tmp_path / "fit", "--workers", 1)
+    (missing,) = json.loads((tmp_path / "fit" / "estimate.json").read_text(encoding="utf-8"))["missing"]
+    assert missing["name"] == "gear.kinematic_error:mesh 2"
+    for key, value in (("amplitude", 2e-4), ("phase_deg", 40.0)):
+        one = missing["parameters"][f"gear.kinematic_error.0.{key}"]
+        assert abs(one["value"] - value) < 4.0 * one["std_error"], key
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

@@ -27,7 +27,7 @@ CHOPPERS = {
 }
 
 
-QUICK = ("clock, mixed", "band, slow")
+QUICK = ("clock, mixed",)
 NAMES = [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in CHOPPERS]
 
 
@@ -125,7 +125,8 @@ def integral(t, y):
     return float(make_interp_spline(t, y, k=7).integrate(t[0], t[-1]))
 
 
-@pytest.mark.parametrize("name", ["band, fast", pytest.param("band, slow", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["band, fast", "band, slow"])
 def test_a_narrow_band_comes_to_the_average(name):
     """Truth: the drive limited by its supply alone; a band of 1 % of the peak makes a ripple of a third of that."""
     command, time_base = constant(46.0, microsteps=4), base(0.1)
