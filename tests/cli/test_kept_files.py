@@ -152,9 +152,9 @@ def named(bench_of_two):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("bootstrap.csv", ("bootstrap", "FIT", "--draws", "2", "--out", "BENCH")),
+        pytest.param("bootstrap.csv", ("bootstrap", "FIT", "--draws", "2", "--out", "BENCH"), marks=pytest.mark.slow),
         ("profile.csv", ("profile", "FIT", "--parameter", "housing.gain", "--out", "BENCH")),
-        ("fleet.csv", ("fleet", "BENCH", "--out", "BENCH")),
+        pytest.param("fleet.csv", ("fleet", "BENCH", "--out", "BENCH"), marks=pytest.mark.slow),
         ("lines.csv", ("export", "FIT", "--to", "tables", "--option", "rates=46", "--out", "BENCH")),
     ],
 )

@@ -45,7 +45,9 @@ def done(request, paper, tmp_path_factory):
     return write_export(paper, request.param, tmp_path_factory.mktemp(request.param), TARGETS[request.param])
 
 
-@pytest.fixture(scope="module", params=FIRST_TEXTS)
+@pytest.fixture(
+    scope="module", params=["c", *(pytest.param(one, marks=pytest.mark.slow) for one in TARGETS if one != "c")]
+)
 def either_way(request, paper, tmp_path_factory):
     """Return target, and what it has written as it flies and as on the bench: with a test stand, and without one."""
     target = request.param

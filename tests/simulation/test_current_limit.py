@@ -42,6 +42,7 @@ def test_with_much_voltage_it_is_the_ideal_drive():
     assert rms(torque - expected) <= 1e-3 * rms(expected)
 
 
+@pytest.mark.slow
 def test_an_emf_beyond_the_supply_takes_current_away():
     """Truth: the twin, at a supply that hardly holds the coils at rest: loops leave their current between steps."""
     m = paper_with(limit(voltage=5.2))

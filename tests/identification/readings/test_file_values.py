@@ -62,7 +62,8 @@ def test_poles_are_named_with_detents_that_were_declared_by_them():
     assert "stepper.detent.0.period_deg = 1.8 (3.6 in the file)" in line
 
 
-@pytest.mark.parametrize("ratio", [48.0, *(pytest.param(ratio, marks=pytest.mark.slow) for ratio in (25.0, 62.0))])
+@pytest.mark.slow
+@pytest.mark.parametrize("ratio", [48.0, 25.0, 62.0])
 def test_another_gear_ratio_is_named_with_the_value_that_fits(ratio):
     """Truth: a ratio of 50."""
     family = FAMILIES[1]
