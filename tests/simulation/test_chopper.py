@@ -8,9 +8,12 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from layouts import LAYOUTS, changed, paper_with
+from mechid.checks.run import check
 from mechid.errors import InputFileError
+from mechid.identification.identify import make_problem
 from paper import constant
 from runs import base, rms, run_kernel, run_twin
+from synthetic import campaign, record
 
 CURRENTS = ("current_phase_a", "current_phase_b")
 OUTPUTS = ("torque", *CURRENTS, "voltage_phase_a", "voltage_phase_b", "rotor_angle", "rotor_rate")
@@ -162,3 +165,15 @@ def test_a_chopper_needs_supply_and_coil():
     table = changed(LAYOUTS["current drive"], {"stepper": {"chop": {"hysteresis_A": 0.1}}})
     with pytest.raises(InputFileError, match=r"stepper.chop: needs \[stepper.current_limit\]"):
         paper_with(table)
+
+
+UNKNOWN = {"value": 1000.0, "min": 500.0, "max": 2000.0}
+
+
+def test_no_fit_is_tried_switch_by_switch():
+    """Truth: the message; `check` says it in a warning, before records are simulated."""
+    made = campaign(chopped("band, slow", {"gear": {"stiffness": UNKNOWN}}), record("r", np.zeros(100), constant(46.0)))
+    with pytest.raises(InputFileError, match=r"stepper.chop: no fit follows .* its average, \[stepper.current_limit\]"):
+        make_problem(made, 1)
+    (line,) = check(made).warnings
+    assert line.startswith("stepper.chop: no fit follows a chopper switch by switch")

@@ -9,7 +9,7 @@ from pathlib import Path
 from mechid.campaign import Campaign, load_campaign
 from mechid.display import DisplayedResult
 from mechid.identification.readings.detectors import declaration_warnings
-from mechid.identification.uncertainty.visibility import start_warnings
+from mechid.identification.uncertainty.visibility import chopper_objection, start_warnings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -59,6 +59,8 @@ def check(campaign: Campaign | Path | str) -> Understanding:
     ()
     """
     loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign, need_files=False)
+    if objection := chopper_objection(loaded) if loaded.mechanism.free else "":
+        return Understanding(campaign=loaded, found=(objection,))
     # Planned records are accepted, so that a campaign can be checked before the test.
     found: Iterable[str] = (*declaration_warnings(loaded), *start_warnings(loaded))
     return Understanding(campaign=loaded, found=tuple(found))

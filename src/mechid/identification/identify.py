@@ -47,7 +47,7 @@ from mechid.identification.stages.watch import Watch
 from mechid.identification.stages.whole_records import add_needed_effect, remove_effects
 from mechid.identification.uncertainty.draws import LowerPoint
 from mechid.identification.uncertainty.noise import reject_spikes, rejection_warnings
-from mechid.identification.uncertainty.visibility import chaos_warnings, refuse_free_supply
+from mechid.identification.uncertainty.visibility import chaos_warnings, refuse_unidentifiable
 
 RELEASED = "noise re-estimated"
 """Name of the last fit's stage in warnings about a threshold."""
@@ -160,7 +160,7 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
             f"{campaign.mechanism_path}: no parameter to estimate: every parameter is a bare number; "
             "write those to be estimated as { value, min, max }"
         )
-    refuse_free_supply(campaign)
+    refuse_unidentifiable(campaign)
     targets = tuple(target_of(r) for r in campaign.estimated)
     if campaign.options.spikes == "reject":
         targets = tuple(map(reject_spikes, targets))

@@ -22,6 +22,7 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import FitOutcome
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
 from mechid.identification.run import Companion, IdentifyRun, mark_unexamined, run_identification
+from mechid.identification.uncertainty.visibility import refuse_unidentifiable
 from mechid.ink.pens import Pens
 from mechid.reports.illustration import Illustration
 from mechid.reports.numbers import report_data
@@ -96,6 +97,8 @@ def identify_into_folder(
 
         into = _IntoFolder(folder, audience, run, illustrate)
         with into.told_where_the_estimate_is():
+            # A campaign that no fit can be made of leaves no journal either.
+            refuse_unidentifiable(campaign)
             into.open_journal(campaign)
             fit = run_identification(campaign, run, into)
             if fit.outcome is FitOutcome.INTERRUPTED:

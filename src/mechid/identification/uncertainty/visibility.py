@@ -21,6 +21,7 @@ from mechid.identification.search.rest import motion_start
 from mechid.identification.search.settings import SEARCH
 from mechid.identification.uncertainty.settings import VERDICTS
 from mechid.parameter import Role
+from mechid.plant import chopper, current_limit
 from mechid.simulation.trajectory import SimulationOutcome
 
 
@@ -158,6 +159,30 @@ def refuse_free_supply(campaign: Campaign) -> None:
                 f"{campaign.mechanism_path}: {supply} is free together with {_symbols(campaign, supply)}, which "
                 f"torque records cannot separate ({_scaling_text(campaign)} gives the same torque); {SUPPLY_REMEDY}"
             )
+
+
+def chopper_objection(campaign: Campaign) -> str:
+    """Return why no fit follows a chopper switch by switch, empty where the mechanism has none."""
+    layout = campaign.mechanism.plant.layout
+    if layout is None or chopper.TABLE not in layout.tables:
+        return ""
+    return (
+        f"{chopper.TABLE}: no fit follows a chopper switch by switch, since each value moves all its instants; delete "
+        f"the table to estimate with its average, [{current_limit.TABLE}]"
+    )
+
+
+def refuse_unidentifiable(campaign: Campaign) -> None:
+    """Refuse a supply that the records cannot separate from the motor, and a chopper switch by switch.
+
+    Raises
+    ------
+    InputFileError
+        If the campaign has one of them.
+    """
+    refuse_free_supply(campaign)
+    if objection := chopper_objection(campaign):
+        raise InputFileError(f"{campaign.mechanism_path}: {objection}")
 
 
 def ambiguity_notes(campaign: Campaign) -> tuple[str, ...]:
