@@ -10,9 +10,8 @@ from mechid.errors import InputFileError
 from mechid.parameter import Declaration
 from mechid.plant import current_limit
 from mechid.plant.block import Agreement, Block, Guard, Switch
-from mechid.plant.current_limit import ACARNLEY, BAND, I_peak, L, R, U_s
+from mechid.plant.current_limit import ACARNLEY, BAND, I_peak, L, R, U_s, current_start
 from mechid.plant.layout import Layout
-from mechid.plant.start import start as own_start
 
 TABLE, OPTION = "stepper.chop", "decay"
 SLOW, FAST, MIXED = "slow", "fast", "mixed"
@@ -29,7 +28,9 @@ _OF_ALL = (
         HYSTERESIS, h_c.name, "A", "width of the band around the commanded current; 0 with a clock alone", default=0.0
     ),
 )
-_FAST_S = _parameter(f"{TABLE}.fast_s", t_fast.name, "s", "duration of fast decay after a phase is switched off")
+_FAST_S = _parameter(
+    f"{TABLE}.fast_s", t_fast.name, "s", "duration of fast decay after a phase is switched off", lower=1e-9
+)
 
 
 def check_chopper(layout: Layout) -> str:
@@ -100,15 +101,7 @@ def chopped_loop(phase: str, decay: str) -> Block:
         inputs=(i_ref, emf),
         rates={i: (bridge * U_s - R * i - emf) / L, clock: f_c, **({timer: timed} if mixed else {})},
         initial={i: i_ref + own, clock: Float(first), **({timer: Float(0)} if mixed else {})},
-        starts=(
-            own_start(
-                f"current_{phase.lower()}",
-                own,
-                "A",
-                f"current of phase {phase} at the start, off where it settles",
-                "T_hold/k_m",
-            ),
-        ),
+        starts=(current_start(phase, own),),
         outputs={f"i_{phase}": i, f"v_{phase}": bridge * U_s},
         switch=Switch(
             name=f"chopper {phase}",
@@ -118,8 +111,8 @@ def chopped_loop(phase: str, decay: str) -> Block:
             otherwise="forward, off",
             ideal={bridge: 0.0, timed: 0.0},
         ),
-        # Clock and timer run, and do not swing.
         agreements=(CONTROL,) if phase == "A" else (),
+        # Clock and timer run, and do not swing.
         swinging={clock: "", **({timer: ""} if mixed else {})},
         reference=ACARNLEY,
     )

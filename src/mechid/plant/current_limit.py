@@ -71,19 +71,17 @@ def loop(phase: str) -> Block:
         # `forced` is 0 while the chopper holds the current.
         rates={i: forced * (side * U_s - wanted) / L},
         initial={i: i_ref + own},
-        starts=(
-            own_start(
-                f"current_{phase.lower()}",
-                own,
-                "A",
-                f"current of phase {phase} at the start, off where it settles",
-                "T_hold/k_m",
-            ),
-        ),
+        starts=(current_start(phase, own),),
         outputs={f"i_{phase}": i},
         switch=switch,
         reference=ACARNLEY,
     )
+
+
+def current_start(phase: str, own: Symbol) -> Declaration:
+    """Return the start value of a phase's current."""
+    words = f"current of phase {phase} at the start, off where it settles"
+    return own_start(f"current_{phase.lower()}", own, "A", words, "T_hold/k_m")
 
 
 RIVAL = Rival(
