@@ -105,7 +105,7 @@ def free_voltage(sigma):
 def singular():
     """Return the fit of what torque cannot tell apart, past the refusal of such files; the prior is left out."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(identification, "refuse_free_supply", lambda _: None)
+        patch.setattr(identification, "refuse_unidentifiable", lambda _: None)
         made = with_options(free_voltage(0.06), priors="none")
         return made, identify(made, workers=1)
 
@@ -137,7 +137,7 @@ def test_the_rest_is_what_the_ambiguity_makes_of_the_truth(singular):
 
 def test_a_prior_on_one_of_them_resolves_it(singular, monkeypatch):
     """Truth: nothing but the prior tells of U; the others' errors are those that consider it where U is held."""
-    monkeypatch.setattr(identification, "refuse_free_supply", lambda _: None)
+    monkeypatch.setattr(identification, "refuse_unidentifiable", lambda _: None)
     fit = identify(free_voltage(0.06), workers=1)
     U = fit.parameters[VOLTAGE]
     assert U.std_error == pytest.approx(0.06, rel=1e-3)
