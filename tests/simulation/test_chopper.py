@@ -31,7 +31,9 @@ CHOPPERS = {
 
 
 QUICK = ("clock, mixed",)
-NAMES = [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in CHOPPERS]
+CHAOTIC = "clock, fast"
+"""Its current falls faster than it rises: from tick to tick any difference grows 1.8 times, rounding too."""
+NAMES = [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in CHOPPERS if n != CHAOTIC]
 
 
 def chopped(name, changes=None, outputs=OUTPUTS):
@@ -57,7 +59,7 @@ def ticks(m, seconds, command=None):
     return run, np.asarray(run.values["current_phase_a"])
 
 
-@pytest.mark.parametrize("name", [one for one in NAMES if one.values[0] != "clock, fast"])
+@pytest.mark.parametrize("name", NAMES)
 def test_a_coil_at_rest_goes_through_its_exponentials(name):
     """Truth: the exponentials from peak to valley and back, whose times are known where a band or a clock ends them.
 
@@ -129,11 +131,10 @@ def integral(t, y):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["band, fast", "band, slow"])
-def test_a_narrow_band_comes_to_the_average(name):
-    """Truth: the drive limited by its supply alone; a band of 1 % of the peak makes a ripple of a third of that."""
+def test_a_narrow_band_of_fast_decay_comes_to_the_average():
+    """Truth: the drive limited by its supply alone; slow decay does not follow a falling command as this does."""
     command, time_base = constant(46.0, microsteps=4), base(0.1)
-    narrow = chopped(name, {"stepper": {"chop": {"hysteresis_A": 0.005}}}, ("rotor_angle", *CURRENTS))
+    narrow = chopped("band, fast", {"stepper": {"chop": {"hysteresis_A": 0.005}}}, ("rotor_angle", *CURRENTS))
     average = paper_with({"housing": None, **LAYOUTS["current limit"]})
     average = replace(average, plant=average.plant.with_outputs(("rotor_angle", *CURRENTS)))
     found, expected = (run_kernel(m, command, time_base, substeps=8).values for m in (narrow, average))
