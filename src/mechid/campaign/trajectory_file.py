@@ -13,8 +13,8 @@ from mechid.units import SI_UNIT
 from mechid.writing import write_together
 
 REMEDY = (
-    "Check the mechanism file: with an inertia or inductance too small, or a damping too large, it is too "
-    "fast for the sample rate"
+    "Check the mechanism file: with an inertia or inductance too small, or a damping or a chopper's clock too large, "
+    "it is too fast for the sample rate"
 )
 # A long record must not fill the memory.
 ROWS = 8192

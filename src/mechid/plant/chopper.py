@@ -17,15 +17,18 @@ TABLE, OPTION = "stepper.chop", "decay"
 SLOW, FAST, MIXED = "slow", "fast", "mixed"
 DECAYS = (SLOW, FAST, MIXED)
 """Ways in which the current falls while the bridge is off, the default first."""
-FREQUENCY, HYSTERESIS = f"{TABLE}.frequency_hz", f"{TABLE}.hysteresis_A"
 f_c, h_c, t_fast = Symbol("f_chop"), Symbol("h_chop"), Symbol("t_fast_chop")
 NEVER = Float(1e-12)
 """Margin in A^2 that a guard keeps where there is no hysteresis; it moves a threshold by NEVER / hysteresis."""
 _parameter = partial(Declaration, source=ACARNLEY, lower=0.0, structural=True)
 _OF_ALL = (
-    _parameter(FREQUENCY, f_c.name, "Hz", "clock that switches a phase on; none where it is left out", default=0.0),
+    _parameter(f"{TABLE}.frequency_hz", f_c.name, "Hz", "clock that switches on; none where left out", default=0.0),
     _parameter(
-        HYSTERESIS, h_c.name, "A", "width of the band around the commanded current; 0 with a clock alone", default=0.0
+        f"{TABLE}.hysteresis_A",
+        h_c.name,
+        "A",
+        "width of the band around the commanded current; 0 with a clock alone",
+        default=0.0,
     ),
 )
 _FAST_S = _parameter(
