@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from layouts import paper_with
 from mechid.analysis.residual_emission import TRACKED, residual_emission
 from mechid.analysis.residual_file import FORMAT, ResidualRecord, read_residual
 from mechid.budgets.bench_to_flight import BenchToFlight, bench_to_flight
@@ -25,6 +26,7 @@ from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
 from mechid.identification.result.fit_file import read_fit
+from mechid.plant.flight import to_flight
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.structure import Modes, Structure
@@ -247,6 +249,14 @@ def test_the_way_from_the_rotor(estimate, flying):
     assert (found.ratio(frequency) >= 1.0).all()
     assert not found.paths_agree(np.array([300.0]))[0]
     assert not BenchToFlight(None).paths_agree(frequency).any()
+
+
+def test_the_way_from_the_rotor_past_open_coils():
+    """Truth: the same plant on the bench as in flight; coils that are open at rest pass no input on."""
+    bench = paper_with({"stepper": {"pulses": {"on_s": 0.005, "clamp_V": 2.0}}, "housing": None})
+    same = bench_to_flight(bench, to_flight(bench, stand=True))
+    assert same.ratio(np.array([1.0, 20.0, 300.0])) == pytest.approx(1.0)
+    assert same.at_rotor is not None
 
 
 def test_of_another_fit_it_is_refused(estimate, tmp_path):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from layouts import LAYOUTS, changed, paper_with
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
 from mechid.checks.document import PRESENTER
@@ -28,6 +29,20 @@ def test_the_overview_says_what_the_files_say(campaign):
     assert sweep["command"] == "microstepping (16) at 0 to 2 full steps/s over 1 s, from 0 deg"
     assert sweep["noise_sigma"] == pytest.approx(0.002, rel=0.1)
     assert len(data["free"]) == 15
+
+
+def test_the_lines_of_a_mesh_and_of_a_clock_are_listed(campaign):
+    """Truth: teeth by hand: 20 and 20/52 of them per turn; the clock of the drive."""
+    limit = LAYOUTS["current limit"]
+    chop = {"stepper": {"chop": {"frequency_hz": 2e4}}, "gear": {"ratio": 2.6, "mesh": [{"teeth": [20, 52]}]}}
+    data = check_numbers(replace(campaign, mechanism=paper_with(changed(limit, chop))))
+    rows = {row["name"]: row["text"] for row in data["named_lines"]}
+    assert rows["mesh 1"] == {"per_turn": "20", "order": "0.1", "frequency_hz": ""}
+    assert rows["mesh 1 driven"]["per_turn"] == "0.384615"
+    assert rows["chopper"] == {"per_turn": "", "order": "", "frequency_hz": "20000"}
+    text = printed(PRESENTER.print, data, 80)
+    assert all(name in text for name in rows)
+    assert max(len(line) for table in tables(text) for line in table) <= 80
 
 
 def test_the_overview_fits_eighty_columns(campaign):

@@ -8,6 +8,7 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from layouts import LAYOUTS, changed, paper_with
+from mechid.analysis.look import Drive, look_at
 from mechid.checks.run import check
 from mechid.errors import InputFileError
 from mechid.identification.identify import make_problem
@@ -159,6 +160,7 @@ def test_a_narrow_band_of_fast_decay_comes_to_the_average():
         ({"frequency_hz": 2e4, "fast_s": 1e-5}, "stepper.chop.fast_s"),
         ({"frequency_hz": -2e4}, "stepper.chop.frequency_hz: found -20000"),
         ({"hysteresis_A": {"value": 0.1}}, "stepper.chop.hysteresis_A: found a table"),
+        ({"hysteresis_A": 0.1, "supply_V": 24.0}, "unknown key; the keys here are frequency_hz, hysteresis_A"),
         ({"hysteresis_A": 0.1, "decay": "quick"}, 'stepper.chop.decay: unknown decay "quick"'),
     ],
 )
@@ -173,6 +175,22 @@ def test_a_chopper_needs_supply_and_coil():
     table = changed(LAYOUTS["current drive"], {"stepper": {"chop": {"hysteresis_A": 0.1}}})
     with pytest.raises(InputFileError, match=r"stepper.chop: needs \[stepper.current_limit\]"):
         paper_with(table)
+
+
+@pytest.mark.parametrize(
+    ("clock", "seen"), [(2.3e3, (2300.0, 4600.0, 3100.0)), (21e3, (1000.0, 2000.0, 3000.0)), (0.0, ())]
+)
+def test_its_clock_is_named_where_a_record_shows_it(clock, seen):
+    """Truth: what sampling at 10 kHz makes of the multiples of the clock; without a clock nothing is named."""
+    chop = {"hysteresis_A": 0.02, "frequency_hz": clock}
+    named = paper_with(changed(LAYOUTS["current limit"], {"stepper": {"chop": chop}})).named_lines
+    assert [f for one in named for f in one.lines_hz(40.0, 1e4)] == pytest.approx(list(seen))
+    t = np.arange(20_000) / 1e4
+    y = sum(np.sin(2.0 * np.pi * f * t) for f in seen) + 1e-3 * np.random.default_rng(1).standard_normal(t.size)
+    (channel,) = look_at(record("r", y, constant(40.0)).data, Drive(command=constant(40.0), named=named)).channels
+    lines = {round(one.line.frequency_hz): [name.name for name in one.named] for one in channel.lines}
+    assert all(lines[round(f)] == ["chopper"] for f in seen)
+    assert sum(map(len, lines.values())) == len(seen)
 
 
 UNKNOWN = {"value": 1000.0, "min": 500.0, "max": 2000.0}

@@ -37,6 +37,7 @@ def attribute_line(
     mains: Sequence[MainsLine],
     rate: float | None,
     bin_hz: float,
+    sample_rate_hz: float,
     named: Sequence[NamedLine] = (),
     *,
     parts: int = ORDER.quarters,
@@ -50,7 +51,7 @@ def attribute_line(
     orders = (_order(line.frequency_hz, rate, each, bin_hz) for each in (1, parts) if rate)
     order = next((order for order in orders if order), None)
     reach = _reach(line.frequency_hz, bin_hz)
-    own = [one for one in named if rate and one.order and abs(one.order * rate - line.frequency_hz) <= reach]
+    own = [one for one in named if any(abs(f - line.frequency_hz) <= reach for f in one.lines_hz(rate, sample_rate_hz))]
     return AttributedLine(line=line, order=order, mains=near[0] if near else None, named=tuple(own))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -218,6 +219,9 @@ def _channel(
     # Orders are defined by the travel, so without a rate there are none.
     tracked = tuple(order_lines((level,), travel, fs, orders)) if travel else ()
     mains = mains_lines(spectrum)
+    attribute = partial(
+        attribute_line, rate=constant, bin_hz=spectrum.bin_hz, sample_rate_hz=fs, named=named, parts=period
+    )
     return ChannelLook(
         channel=channel,
         mean=middle,
@@ -233,8 +237,8 @@ def _channel(
         density=density,
         bands=bands,
         below_rms=rms_below(frequency, density, bands),
-        lines=tuple(attribute_line(one, mains, constant, spectrum.bin_hz, named, parts=period) for one in lines),
-        mains=tuple(attribute_line(one.line, (one,), constant, spectrum.bin_hz, named, parts=period) for one in mains),
+        lines=tuple(attribute(one, mains) for one in lines),
+        mains=tuple(attribute(one.line, (one,)) for one in mains),
         step_lines=average_orders(tracked),
         named_lines=average_named(named_orders(level, travel, fs, named, usual).lines, named) if travel else (),
         over_rate=() if constant else tracked,

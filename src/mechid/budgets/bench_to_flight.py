@@ -1,7 +1,7 @@
 """Ratio of the base torque in flight to the measured torque on the bench, for torque that the model does not explain.
 
 For torque that enters at the rotor (a detent, friction, the coils), the model provides the ratio: the plants of bench
-and flight, both linearised with the coils holding and all friction sliding, give the response at the transducer and
+and flight, both linearised with the coils fed and all friction sliding, give the response at the transducer and
 at the base to a torque at the motor. Both plants are driven through the inputs of the coils, so that their common part
 (the windings) cancels. For torque that enters elsewhere, at the output or outside the mechanism, the ratio is unknown
 and the record is used as it is. The larger of the two is an upper bound.
@@ -16,6 +16,7 @@ import numpy as np
 from mechid.arrays import BoolArray, FloatArray
 from mechid.budgets.settings import RESIDUALS
 from mechid.plant.mechanism import Mechanism
+from mechid.plant.pulses import FED_MODE
 from mechid.simulation.linearisation import held_inputs, holdings, linearise
 
 GRID_HZ = np.geomspace(0.5, 5000.0, 1200)
@@ -64,14 +65,18 @@ def bench_to_flight(bench: Mechanism, flying: Mechanism) -> BenchToFlight:
     if bench.plant.inputs != flying.plant.inputs or not bench.plant.inputs:
         return BenchToFlight(None)
     seen, base = _torque_response(bench), _torque_response(flying)
+    if not (np.any(seen) and np.any(base)):
+        return BenchToFlight(None)
     return BenchToFlight(_smooth(base) / _smooth(seen))
 
 
 def _torque_response(mechanism: Mechanism) -> FloatArray:
     """Return the magnitude of the torque's response to the inputs at `GRID_HZ`, with all friction sliding."""
     plant = mechanism.plant.with_outputs(("torque",))
-    # The last way to hold is the one in which nothing sticks.
-    free = holdings(plant)[-1]
+    # The last way to hold is the one in which nothing sticks. Open coils would pass no input on, so they are fed.
+    free = dict(holdings(plant)[-1])
+    for switch in plant.switches:
+        free |= switch.modes.get(FED_MODE, {})
     about = linearise(plant, mechanism.kernel_values(), held_inputs(plant), 0.0, free)
     return np.asarray(np.linalg.norm(about.response(GRID_HZ)[:, 0, :], axis=1))
 

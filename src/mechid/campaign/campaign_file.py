@@ -17,6 +17,7 @@ from mechid.campaign.record_tables import merge_tables
 from mechid.campaign.toml_file import read_toml
 from mechid.campaign.unfinished_template import refuse_empty_commands
 from mechid.errors import InputFileError
+from mechid.plant.chopper import TABLE as CHOPPER
 from mechid.plant.gear_mesh import TABLE as MESHES
 from mechid.plant.mechanism import NamedLine
 from mechid.reading.whole import is_file, is_folder
@@ -123,21 +124,22 @@ def load_phases(path: Path | str) -> int:
 
 
 def load_named_lines(path: Path | str) -> tuple[NamedLine, ...]:
-    """Load the lines that the mechanism of a campaign file names, such as those of its tooth meshes.
+    """Load the lines that the mechanism of a campaign file names: those of its tooth meshes and of its chopper's clock.
 
-    None if the mechanism's file does not exist yet; it is read only if it states a mesh, since equations take seconds.
+    None if the mechanism's file does not exist yet; it is read only if it states one, since equations take seconds.
 
     Raises
     ------
     InputFileError
-        The campaign file is missing or invalid, or the mechanism file that states a mesh is.
+        The campaign file is missing or invalid, or the mechanism file that states such a line is.
     """
     file = find_campaign_file(Path(path))
     mechanism = read_toml(file, "campaign").get("mechanism")
     if not isinstance(mechanism, str) or not is_file(file.parent / mechanism):
         return ()
-    gear = read_toml(file.parent / mechanism, "mechanism").get("gear")
-    stated = isinstance(gear, Mapping) and MESHES.rpartition(".")[2] in gear
+    read = read_toml(file.parent / mechanism, "mechanism")
+    parts = (name.split(".") for name in (MESHES, CHOPPER))
+    stated = any(isinstance(read.get(table), Mapping) and key in read[table] for table, key in parts)
     return load_mechanism(file.parent / mechanism).named_lines if stated else ()
 
 

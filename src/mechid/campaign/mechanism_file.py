@@ -152,4 +152,6 @@ def _nearest(name: str, known: tuple[str, ...], tables: set[str]) -> str:
         return near
     if elsewhere:
         return f'; did you mean "{elsewhere[0]}"?'
-    return did_you_mean(name, names) or f"; the keys here are {', '.join(siblings)}"
+    # Keys of this table are compared above; here the common part of their names would make any of them similar.
+    others = [other for other in names if other != table and other.rpartition(".")[0] != table]
+    return did_you_mean(name, others) or f"; the keys here are {', '.join(siblings)}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,9 @@ STATISTICS = (
     Column("RMS", "rms"),
     Column("noise", "noise_sigma"),
 )
+NAME = Column("line", "name", words=True)
+PLACES = (Column("per rotor turn", "per_turn"), Column("per full step", "order"), Column("Hz", "frequency_hz"))
+NAMED = (NAME, Column("of", "words", words=True), *PLACES)
 KINDS = {"spectrum": "over frequency", "waterfall": "over time and frequency"}
 
 
@@ -70,6 +73,7 @@ def check_document(data: Mapping[str, Any]) -> Document:
                 "parameters",
                 "Parameters",
             ),
+            *([_named_lines(data["named_lines"])] if data["named_lines"] else []),
             Section("Stages", (Lines(_stages(data)),), "stages", "Stages"),
         ),
     )
@@ -80,6 +84,11 @@ def _record(record: Mapping[str, Any]) -> Section:
     pictures = [Picture(figure, _picture_words(figure, name), folder="") for figure in record["figures"]]
     heading = f"{name}  ({record['use']}, {record['file']})"
     return Section(heading, (Lines(record["lines"]), *pictures), f"record-{name}", name)
+
+
+def _named_lines(lines: Sequence[Mapping[str, Any]]) -> Section:
+    table = Table(NAMED, lines, narrower=(((NAME, *PLACES),),))
+    return Section("Lines by name", (Rows(table),), "named-lines", "Lines by name")
 
 
 def _picture_words(figure: str, record: str) -> str:

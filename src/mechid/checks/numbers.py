@@ -14,7 +14,7 @@ from mechid.command.words import command_words
 from mechid.identification.output_error.digests import file_digests
 from mechid.ink.digits import digits, plain
 from mechid.parameter import Parameter
-from mechid.plant.mechanism import Mechanism
+from mechid.plant.mechanism import Mechanism, NamedLine
 from mechid.records import Channel, Record
 from mechid.records.channel_keys import channel_keys
 from mechid.signal.moments import extremes, mean, root_mean_square
@@ -53,6 +53,7 @@ def check_numbers(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
             # Free initial states are listed with their record, under `start`.
             if q.name not in campaign.mechanism.parameters and not is_start_name(q.name)
         ],
+        "named_lines": [_named_line(one) for one in campaign.mechanism.named_lines],
         "stages": [{"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages],
         "warnings": [*campaign.warnings, *warnings],
         "provenance": {"campaign": str(campaign.path.resolve()), "inputs_sha256": file_digests(campaign)},
@@ -186,6 +187,13 @@ def _lines(data: Mapping[str, Any]) -> list[str]:
         *([f"recorded on {data['start_time']}"] if data["start_time"] else []),
         *(f"conditioned: {line}" for line in data["conditioning"]),
     ]
+
+
+def _named_line(line: NamedLine) -> dict[str, Any]:
+    turns = None if line.frequency_hz is not None else line.per_turn
+    numbers = {"per_turn": turns, "order": line.order, "frequency_hz": line.frequency_hz}
+    text = {key: plain(value, 6) if value is not None else "" for key, value in numbers.items()}
+    return {"name": line.name, "words": line.words, **numbers, "text": text}
 
 
 def _parameter(q: Parameter, mechanism: Mechanism | None) -> dict[str, Any]:

@@ -165,7 +165,7 @@ class Assessor:
                 sigma=sigma,
                 background=beside,
                 mains_hz=multiple,
-                named=", ".join(_names_at(f, stretch.rate, self._declared.named, within)),
+                named=", ".join(_names_at(f, stretch, self._declared.named, within)),
                 unit=unit,
             )
             for f, order, amplitude, sigma, beside, multiple in zip(*(c.tolist() for c in columns), strict=True)
@@ -242,10 +242,10 @@ class Assessor:
             yield f"{', '.join(directions)}: lines of the mains at {where} Hz; {what}."
 
 
-def _names_at(frequency_hz: float, rate: float, named: Sequence[NamedLine], within_hz: float) -> Iterator[str]:
+def _names_at(frequency_hz: float, stretch: Stretch, named: Sequence[NamedLine], within_hz: float) -> Iterator[str]:
     """Yield the names of the mechanism's lines at a frequency."""
     for one in named:
-        if one.order and abs(one.order * abs(rate) - frequency_hz) <= within_hz:
+        if any(abs(f - frequency_hz) <= within_hz for f in one.lines_hz(stretch.rate, stretch.spectra.sample_rate_hz)):
             yield one.name
 
 

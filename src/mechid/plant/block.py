@@ -79,7 +79,7 @@ class PolarPair:
 
 @dataclass(frozen=True)
 class NamedOrder:
-    """A periodic cause of disturbance with a name: its periods per turn of the rotor.
+    """A periodic cause of disturbance with a name: its periods per turn of the rotor, or per second.
 
     Parameters
     ----------
@@ -91,12 +91,15 @@ class NamedOrder:
         Periods per turn of the rotor, in the file's symbols; need not be a whole number.
     values : mapping of key to Expr
         Values that `words` names, in the file's symbols.
+    per_second : bool
+        Whether `cycles` are those per second, as of a clock; none if they are zero.
     """
 
     name: str
     words: str
     cycles: sp.Expr
     values: Mapping[str, sp.Expr] = field(default_factory=dict)
+    per_second: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

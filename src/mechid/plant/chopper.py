@@ -9,7 +9,7 @@ from sympy import Expr, Float, Integer, Symbol, sign
 from mechid.errors import InputFileError
 from mechid.parameter import Declaration
 from mechid.plant import current_limit
-from mechid.plant.block import Agreement, Block, Guard, Switch
+from mechid.plant.block import Agreement, Block, Guard, NamedOrder, Switch
 from mechid.plant.current_limit import ACARNLEY, BAND, I_peak, L, R, U_s, current_start
 from mechid.plant.layout import Layout
 
@@ -59,6 +59,8 @@ CONTROL = Agreement(
     within=0.0,
     words="nothing switches a phase on again; give frequency_hz or hysteresis_A",
 )
+
+CLOCK = NamedOrder("chopper", "clock of the chopper, or where sampling folds it back", f_c, per_second=True)
 
 
 def chopped_loop(phase: str, decay: str) -> Block:
@@ -115,6 +117,7 @@ def chopped_loop(phase: str, decay: str) -> Block:
             ideal={bridge: 0.0, timed: 0.0},
         ),
         agreements=(CONTROL,) if phase == "A" else (),
+        named_orders=(CLOCK,) if phase == "A" else (),
         # Clock and timer run, and do not swing.
         swinging={clock: "", **({timer: ""} if mixed else {})},
         reference=ACARNLEY,

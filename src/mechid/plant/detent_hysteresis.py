@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from functools import partial
 
-from sympy import Integer, pi, symbols
+from sympy import Expr, Float, Integer, pi, symbols
 
 from mechid.parameter import Declaration
-from mechid.plant.block import Block, Guard, Switch
+from mechid.plant.block import Block, Guard, Rival, Switch
 from mechid.plant.drive_train import omega, p
 
 TABLE = "stepper.detent_hysteresis"
@@ -60,4 +60,20 @@ def hysteresis() -> Block:
         # The hysteresis relaxes and does not oscillate.
         swinging={h: ""},
         reference=DAHL,
+    )
+
+
+def rival(holding: Expr) -> Rival:
+    """Return the hysteresis that may be added, with 2 % of the holding torque; at zero torque it vanishes."""
+    return Rival(
+        name=TABLE,
+        words="the detent torque lags behind the rotor (hysteresis)",
+        table=TABLE,
+        null="torque",
+        grown=False,
+        free={
+            "torque": (Float(0.02) * holding, Integer(0), Float(0.3) * holding),
+            "angle_deg": (Float(TYPICAL_ANGLE_DEG), Float(1.0), Float(90.0)),
+        },
+        tried={"angle_deg": (5.0, TYPICAL_ANGLE_DEG, 45.0)},
     )

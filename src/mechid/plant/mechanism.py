@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -18,6 +19,9 @@ from mechid.plant.plant import Plant
 from mechid.plant.pulses import HOLD, ON
 from mechid.plant.start import HOLDING_TORQUE
 from mechid.plant.stepper import HOLDING
+
+CLOCK_LINES = 3
+"""Multiples of a clock's frequency that are looked for in records."""
 
 
 @dataclass(frozen=True)
@@ -60,15 +64,28 @@ class NamedLine:
         For example ``"mesh 1"``.
     words : str
     per_turn : float
-        Periods per turn of the rotor.
+        Periods per turn of the rotor; NaN of a clock.
     order : float or None
-        Periods per full step of the motor; None without a stepper.
+        Periods per full step of the motor; None without a stepper, and of a clock.
+    frequency_hz : float or None
+        Frequency of a clock; None of all others.
     """
 
     name: str
     words: str
     per_turn: float
     order: float | None
+    frequency_hz: float | None = None
+
+    def lines_hz(self, rate: float | None, sample_rate_hz: float) -> tuple[float, ...]:
+        """Return where a record shows it: at a step rate in full steps/s, or folded back by the sampling.
+
+        Of a clock these are its first `CLOCK_LINES` multiples, of which a recorder without a filter shows aliases.
+        """
+        if self.frequency_hz is not None:
+            multiples = [k * self.frequency_hz for k in range(1, CLOCK_LINES + 1)]
+            return tuple(abs(f - round(f / sample_rate_hz) * sample_rate_hz) for f in multiples)
+        return (self.order * abs(rate),) if rate and self.order else ()
 
 
 @dataclass(frozen=True, repr=False)
@@ -199,7 +216,12 @@ class Mechanism:
         found: dict[str, NamedLine] = {}
         for one in (order for block in self.plant.blocks for order in block.named_orders):
             cycles = float(one.cycles.subs(self.by_symbol))
+            if one.per_second and cycles <= 0.0:
+                continue
             words = one.words.format(**{k: float(e.subs(self.by_symbol)) for k, e in one.values.items()})
+            if one.per_second:
+                found[one.name] = NamedLine(one.name, words, math.nan, None, cycles)
+                continue
             key, steps = f"{cycles:.9g}", self.electrical_periods
             order = cycles / (self.full_steps * steps) if steps else None
             there = found.get(key)

@@ -26,6 +26,8 @@ OPEN, HELD, BOTH_WAYS = "open", "held", "open_both_ways"
 LAWS = (OPEN, HELD, BOTH_WAYS)
 """States of the phases between pulses, the default first."""
 ACARNLEY = "Acarnley, Stepping Motors: a Guide to Theory and Practice, 4th ed. (2002), chapter 2: freewheeling diodes"
+FED_MODE = "fed"
+"""Mode of a coil's switch in which the drive feeds it."""
 FED = 1e-6
 """Share of the peak voltage above which a phase counts as fed: far below a microstep, above rounding."""
 BEYOND = Float(1 + 1e-9)
@@ -145,7 +147,7 @@ def open_coil(coil: Coil, *, both_ways: bool) -> Block:
     one_way = coil.half and not both_ways
     voltage = fed * u + side * clamp
     modes = {
-        "fed": (1.0, 1.0, 0.0),
+        FED_MODE: (1.0, 1.0, 0.0),
         "positive": (1.0, 0.0, -1.0),
         "negative": (1.0, 0.0, 1.0),
         "blocked": (0.0, 0.0, 0.0),
@@ -164,7 +166,7 @@ def open_coil(coil: Coil, *, both_ways: bool) -> Block:
             name=f"coil {name}",
             modes={mode: dict(zip((conducts, fed, side), values, strict=True)) for mode, values in modes.items()},
             guards=_guards(i, u, emf, clamp, is_fed, one_way=one_way),
-            entry=((is_fed, "fed"), (i, "positive"), *([] if one_way else [(-i, "negative")])),
+            entry=((is_fed, FED_MODE), (i, "positive"), *([] if one_way else [(-i, "negative")])),
             otherwise="open",
             ideal={conducts: 0.0, fed: 0.0, side: 0.0},
         ),
@@ -174,18 +176,18 @@ def open_coil(coil: Coil, *, both_ways: bool) -> Block:
 
 def _guards(i: Symbol, u: Expr, emf: Expr, clamp: Expr, is_fed: Expr, *, one_way: bool) -> dict[str, tuple[Guard, ...]]:
     """Return the guards of a coil's modes; a current that ends is zero."""
-    begins = Guard(margin=-is_fed, target="fed")
+    begins = Guard(margin=-is_fed, target=FED_MODE)
 
     def ends(margin: Expr, target: str = "open") -> Guard:
         return Guard(margin=margin, target=target, resets={i: 0.0})
 
     found = {
-        "fed": (Guard(margin=is_fed), *([ends(i, "blocked")] if one_way else [])),
+        FED_MODE: (Guard(margin=is_fed), *([ends(i, "blocked")] if one_way else [])),
         "positive": (begins, ends(i)),
         "open": (begins, Guard(margin=emf + BEYOND * clamp, target="positive")),
     }
     if one_way:
-        return {**found, "blocked": (Guard(margin=is_fed), Guard(margin=BEYOND * emf - u, target="fed"))}
+        return {**found, "blocked": (Guard(margin=is_fed), Guard(margin=BEYOND * emf - u, target=FED_MODE))}
     found["open"] += (Guard(margin=BEYOND * clamp - emf, target="negative"),)
     return {**found, "negative": (begins, ends(-i))}
 

@@ -346,4 +346,5 @@ def motor_torque(
         scales={} if scale is None else {HOLDING: scale},
         extensions=() if scale is None else detent.extensions(orders, scale),
         series=() if scale is None else (detent.series(scale),),
+        rivals=() if scale is None or lagging else (detent_hysteresis.rival(scale),),
     )

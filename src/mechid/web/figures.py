@@ -50,7 +50,7 @@ class Slot:
         self.frequency = Range1d(start=0.0, end=1.0)
         self.curves = ColumnDataSource({name: [] for name in (*OVER_TIME, *map(times_of, OVER_TIME), *SPECTRA)})
         self.effect = ColumnDataSource({"time": [], "effect": []})
-        self.orders = ColumnDataSource({"x": []})
+        self.orders = ColumnDataSource({"x": [], "name": []})
         self.heights = {name: Range1d(start=-1.0, end=1.0) for name in ("torque", "residual", "effect")}
         self.heights["spectrum"] = Range1d(start=1e-6, end=1.0)
         self.axes: dict[str, Any] = {}
@@ -93,10 +93,10 @@ class Slot:
             y_range=self.heights["spectrum"],
             min_border_left=LEFT,
         )
-        plot.vspan(x="x", source=self.orders, name="order", line_width=1, line_dash="dashed")
+        marked = plot.vspan(x="x", source=self.orders, name="order", line_width=1, line_dash="dashed")
         lines = [self._line(plot, "frequency", name) for name in SPECTRA[1:]]
         tips = [("frequency", "@frequency{0.0} Hz"), ("amplitude", "$y{0.000000}")]
-        plot.add_tools(hover_on(lines, tips))
+        plot.add_tools(hover_on(lines, tips), hover_on([marked], [("line", "@name at @x{0.0} Hz")]))
         self.axes["amplitude"] = plot.yaxis
         return plot
 
@@ -109,12 +109,13 @@ class Slot:
         return line
 
     def frame(self, picture: Picture, scene: Scene) -> None:
-        """Set the axes to the whole picture of a channel, and mark the orders of its step rate."""
+        """Set the axes to the whole picture of a channel, and mark the orders of its step rate and named lines."""
         end = picture.start_s + (picture.measured.size - 1) * picture.interval_s
         self.time.update(start=picture.start_s, end=end, reset_start=picture.start_s, reset_end=end)
         top = scene.shown_hz
         self.frequency.update(start=0.0, end=top, reset_start=0.0, reset_end=top)
-        self.orders.data = {"x": [hz for hz in scene.orders_hz if hz <= top]}
+        marked = [(hz, name) for name, each in scene.marked_hz.items() for hz in each if hz <= top]
+        self.orders.data = {"x": [hz for hz, _ in marked], "name": [name for _, name in marked]}
         quantity, unit = quantity_words(scene.match.quantity), unit_words(scene.match.quantity)
         for words, axis in self.axes.items():
             axis.axis_label = f"{words or quantity}, {unit}"

@@ -19,7 +19,7 @@ from mechid.command import Timing
 from mechid.identification.output_error.record_parameters import INSTANTS
 from mechid.identification.output_error.target import TargetChannel, channel_of, is_clock, latest_of
 from mechid.identification.uncertainty.visibility import count_sensitivities
-from mechid.plant.mechanism import Mechanism
+from mechid.plant.mechanism import Mechanism, NamedLine
 from mechid.plant.plant import Plant
 from mechid.reports.curves import rate_over
 from mechid.signal import amplitude_spectrum, effective_samples_of, fit_percent, peak_groups
@@ -122,13 +122,14 @@ class Stretch:
 class Scene:
     """A shown channel of a record, with data prepared once so that a picture takes one simulation.
 
-    `lanes` is the number of sensitivities of the kernel that is already compiled.
+    `lanes` is the number of sensitivities of the kernel that is already compiled; `named` are the mechanism's lines.
     """
 
     record: CampaignRecord
     match: Match
     lanes: int
     plant: Plant
+    named: tuple[NamedLine, ...] = ()
 
     @property
     def label(self) -> str:
@@ -178,10 +179,15 @@ class Scene:
         return len(self.rate) > 1
 
     @property
-    def orders_hz(self) -> list[float]:
-        """Frequencies of the orders of a constant step rate; empty for a varying or zero rate."""
+    def marked_hz(self) -> dict[str, list[float]]:
+        """Frequencies of the orders of a constant step rate, and of the mechanism's lines, by name.
+
+        Those that follow the step rate are missing for a varying or zero rate.
+        """
         steady = len(set(self.record.command.rate.rates)) == 1 and self.largest_rate > 0.0
-        return [order * self.largest_rate for order in ORDERS] if steady else []
+        rate = self.largest_rate if steady else None
+        orders = {f"order {order:g}": [order * rate] for order in ORDERS} if rate else {}
+        return orders | {one.name: list(one.lines_hz(rate, self.base.sample_rate_hz)) for one in self.named}
 
     @cached_property
     def shown_hz(self) -> float:
@@ -307,7 +313,7 @@ class Scene:
 
 def scenes_of(campaign: Campaign) -> dict[str, Scene]:
     """Return the channels of a campaign that the model has to explain, by label."""
-    lanes, plant = count_sensitivities(campaign), campaign.mechanism.plant
+    lanes, plant, named = count_sensitivities(campaign), campaign.mechanism.plant, campaign.mechanism.named_lines
     read = [r for r in campaign.records if r.data is not None]
-    found = [Scene(record, match, lanes, plant) for record in read for match in record.matches]
+    found = [Scene(record, match, lanes, plant, named) for record in read for match in record.matches]
     return {scene.label: scene for scene in found}
