@@ -10,6 +10,7 @@ from scipy.interpolate import make_interp_spline
 from layouts import LAYOUTS, changed, paper_with
 from mechid.analysis.look import Drive, look_at
 from mechid.checks.run import check
+from mechid.designs.run import design
 from mechid.errors import InputFileError
 from mechid.identification.identify import make_problem
 from paper import constant
@@ -201,5 +202,7 @@ def test_no_fit_is_tried_switch_by_switch():
     made = campaign(chopped("band, slow", {"gear": {"stiffness": UNKNOWN}}), record("r", np.zeros(100), constant(46.0)))
     with pytest.raises(InputFileError, match=r"stepper.chop: no fit follows .* its average, \[stepper.current_limit\]"):
         make_problem(made, 1)
+    with pytest.raises(InputFileError, match=r"stepper.chop: no fit follows"):
+        design(made)
     (line,) = check(made).warnings
     assert line.startswith("stepper.chop: no fit follows a chopper switch by switch")

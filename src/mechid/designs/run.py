@@ -13,10 +13,11 @@ from mechid.designs.alternatives import Group, rival_groups
 from mechid.designs.design import Design, make_design
 from mechid.designs.design_file import DesignOptions, options_for, read_design_file
 from mechid.designs.diagnosis_file import DiagnosedEffects, read_diagnosed
-from mechid.errors import UsageError
+from mechid.errors import InputFileError, UsageError
 from mechid.fits.load import fit_from, load_fit
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.result.fit import Fit
+from mechid.identification.uncertainty.visibility import chopper_objection
 from mechid.progress.listening import line_receiver
 
 
@@ -70,7 +71,7 @@ def design(
         The options name a missing item, a diagnosis is given without its fit, or the campaign does not consist of step
         commands.
     InputFileError
-        A file is missing or wrong, or belongs to another fit.
+        A file is missing or wrong, or belongs to another fit, or the mechanism has a chopper, which no fit follows.
 
     Examples
     --------
@@ -81,6 +82,8 @@ def design(
     count = workers or os.cpu_count() or 1
     if diagnosis is not None and fit is None:
         raise UsageError("diagnosis: give the fit too that was diagnosed")
+    if objection := chopper_objection(campaign):
+        raise InputFileError(f"{campaign.mechanism_path}: {objection}")
     requested = _options(campaign, options).with_overrides(criterion, total_s)
     with line_receiver(say) as tell, working_on(executor):
         diagnosed = _read_diagnosis(diagnosis, tell)

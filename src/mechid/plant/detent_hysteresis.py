@@ -11,7 +11,7 @@ from functools import partial
 from sympy import Expr, Float, Integer, pi, symbols
 
 from mechid.parameter import Declaration
-from mechid.plant.block import Block, Guard, Rival, Switch
+from mechid.plant.block import Block, Extension, Guard, Switch
 from mechid.plant.drive_train import omega, p
 
 TABLE = "stepper.detent_hysteresis"
@@ -63,17 +63,13 @@ def hysteresis() -> Block:
     )
 
 
-def rival(holding: Expr) -> Rival:
-    """Return the hysteresis that may be added, with 2 % of the holding torque; at zero torque it vanishes."""
-    return Rival(
+def extension(holding: Expr) -> Extension:
+    """Return the hysteresis that may be added, with 2 % of the holding torque, at the usual angle."""
+    return Extension(
         name=TABLE,
-        words="the detent torque lags behind the rotor (hysteresis)",
+        words="the detent torque lags behind the rotor (hysteresis), built up over {angle_deg:g} electrical deg",
         table=TABLE,
-        null="torque",
-        grown=False,
-        free={
-            "torque": (Float(0.02) * holding, Integer(0), Float(0.3) * holding),
-            "angle_deg": (Float(TYPICAL_ANGLE_DEG), Float(1.0), Float(90.0)),
-        },
-        tried={"angle_deg": (5.0, TYPICAL_ANGLE_DEG, 45.0)},
+        structure={"angle_deg": Float(TYPICAL_ANGLE_DEG)},
+        widths={"torque": Float(0.02) * holding},
+        grown=True,
     )

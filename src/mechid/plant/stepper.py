@@ -320,6 +320,10 @@ def _harmonics(orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
 HOLDING = "holding torque"
 
 
+def _hysteresis(holding: Expr, *, lagging: bool) -> tuple[Extension, ...]:
+    return () if lagging else (detent_hysteresis.extension(holding),)
+
+
 def motor_torque(
     orders: Sequence[int | None], holding: str | None = None, *, lagging: bool = False, warm: bool = False
 ) -> Block:
@@ -344,7 +348,6 @@ def motor_torque(
         terms={T_mot: T_coils - (magnet.factor if warm else 1) * sum(T_D)},
         outputs={"T_mot": T_mot},
         scales={} if scale is None else {HOLDING: scale},
-        extensions=() if scale is None else detent.extensions(orders, scale),
+        extensions=() if scale is None else (*detent.extensions(orders, scale), *_hysteresis(scale, lagging=lagging)),
         series=() if scale is None else (detent.series(scale),),
-        rivals=() if scale is None or lagging else (detent_hysteresis.rival(scale),),
     )
