@@ -58,6 +58,11 @@ VARIANTS: Mapping[str, Mapping] = {
         "microstep table", "supply", "saliency", "friction position", "second mode"
     ),
     "current_limit": with_layouts("current limit", "detent hysteresis"),
+    "chopper": with_layouts("current limit", stepper={"chop": {"frequency_hz": 2e4, "decay": "mixed", "fast_s": 1e-5}}),
+    "pulses": with_layouts(stepper={"pulses": {"on_s": 0.005, "clamp_V": 3.0}}),
+    "unipolar_pulses": with_layouts(
+        stepper={"phases": 4, "pulses": {"on_s": 0.005, "clamp_V": 3.0, "between": "open_both_ways"}}
+    ),
     "three_phases_supply": with_layouts("supply", stepper=THREE_PHASES),
     "measuring_chain": with_layouts("test stand"),
     "current_drive_imbalance_harmonics": with_layouts(

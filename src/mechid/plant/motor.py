@@ -36,7 +36,7 @@ def _phases(layout: Layout, drive: str) -> Parts:
     apart, sagging = "stepper.imbalance" in layout.tables, supply.TABLE in layout.tables
     source = _with_ports({**VOLTAGES, **CURRENTS}[drive](table_orders, layout.phases), layout)
     if law := pulses.law_of(layout):
-        source = pulses.declare_pulses(source, law)
+        source = pulses.declare_pulses(source, layout, drive)
         if law != pulses.HELD:
             return pulses.pulsed_motor(source, harmonics, layout.phases, law)
     if drive in VOLTAGES:

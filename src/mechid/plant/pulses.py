@@ -15,7 +15,7 @@ from sympy import Expr, Float, Symbol, symbols
 from mechid.errors import InputFileError
 from mechid.parameter import Declaration
 from mechid.plant import current_limit, microstep_table, saliency, supply
-from mechid.plant.block import Block, Guard, Switch
+from mechid.plant.block import Block, Guard, Rival, Switch
 from mechid.plant.layout import Layout
 from mechid.plant.phases import HARMONIC, STAR
 from mechid.plant.stepper import current_fed, windings
@@ -62,6 +62,13 @@ DECLARATIONS: Mapping[str, tuple[Declaration, ...]] = {
     BOTH_WAYS: (_ON, *_CLAMP),
     HELD: (_ON, _HOLD),
 }
+_OPEN_INSTEAD = Rival(
+    name=f"{TABLE}.{OPEN}",
+    words="the phases are open between pulses, and their current flows against clamps",
+    table=TABLE,
+    law=OPEN,
+    free={"clamp_V": (Float(2.0), Float(0.3), Float(60.0))},
+)
 
 
 @dataclass(frozen=True)
@@ -108,12 +115,13 @@ def check_pulses(layout: Layout, drive: str) -> None:
         The drive follows measured channels; or phases are open and the motor has three, a current drive or such tables.
     """
     law = law_of(layout)
-    if not law:
-        return
-    if drive not in ("voltage", "current"):
+    if law and drive not in ("voltage", "current"):
         raise InputFileError(f'{TABLE}: drive = "{drive}" has the pulses in its channels; delete the table')
-    if law == HELD:
-        return
+    if law in (OPEN, BOTH_WAYS):
+        _check_open(layout, drive, law)
+
+
+def _check_open(layout: Layout, drive: str, law: str) -> None:
     remedy = f'write {OPTION} = "{HELD}"'
     if drive != "voltage":
         raise InputFileError(f'{TABLE}: open phases need drive = "voltage", found "{drive}"; {remedy}')
@@ -126,10 +134,17 @@ def check_pulses(layout: Layout, drive: str) -> None:
         raise InputFileError(f"{wrong}: does not know of phases that are open between pulses; delete one of the tables")
 
 
-def declare_pulses(drive: Block, law: str) -> Block:
+def declare_pulses(drive: Block, layout: Layout, source: str) -> Block:
     """Return a drive that declares the values of its pulses; without open phases its equations stay as they are."""
+    law = law_of(layout)
     declared = replace(drive, declarations=(*drive.declarations, *DECLARATIONS[law]))
-    return declared if law == HELD else replace(declared, extensions=())
+    if law != HELD:
+        return replace(declared, extensions=())
+    try:
+        _check_open(layout, source, OPEN)
+    except InputFileError:
+        return declared
+    return replace(declared, rivals=(*declared.rivals, _OPEN_INSTEAD))
 
 
 def open_coil(coil: Coil, *, both_ways: bool) -> Block:

@@ -227,8 +227,9 @@ def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[Law
     for rival in _rivals(mechanism, layout):
         if rival.grown or not grown_only:
             other = _with_rival(mechanism, layout, rival)
-            # Otherwise it would replace another law, whose parameters it drops.
-            if mechanism.parameters.keys() <= other.parameters.keys():
+            # Otherwise it would replace another law, whose parameters it drops; settings of the hardware may go.
+            kept = {name for name, q in mechanism.parameters.items() if not q.declaration.structural}
+            if kept <= other.parameters.keys():
                 null = f"{rival.table}.{rival.null}" if rival.null else ""
                 size = f"{rival.table}.{rival.size}" if rival.size else ""
                 tries = ({f"{rival.table}.{key}": v} for key, values in rival.tried.items() for v in values)
@@ -264,7 +265,8 @@ def _rivals(mechanism: Mechanism, layout: Layout) -> Iterator[Rival]:
     """Yield the blocks' alternatives, without those present and those of undetermined size."""
     for rival in (r for block in mechanism.plant.blocks for r in block.rivals):
         limits = (e for each in rival.free.values() for e in each)
-        if rival.table not in layout.own and rival.table not in layout.tables and _has_known_sizes(mechanism, limits):
+        is_new = rival.table not in layout.tables or (rival.law and layout.laws.get(rival.table) != rival.law)
+        if rival.table not in layout.own and is_new and _has_known_sizes(mechanism, limits):
             yield rival
 
 
