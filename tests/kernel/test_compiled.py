@@ -1,5 +1,6 @@
 """A kernel that is damaged on disk is made anew, by one process. Truth: its files, and what it gives."""
 
+import gc
 import os
 import subprocess
 import sys
@@ -11,7 +12,7 @@ import pytest
 
 import mechid
 from mechid.kernel.cache_files import TAG, is_sealed, is_whole, lock_kernel, remove_kernel, seal
-from mechid.kernel.compiled import aligned_zeros, kernel_for, lane_places
+from mechid.kernel.compiled import aligned_zeros, compiled_module, kernel_for, lane_places
 
 GIVEN = """
     from mechid.kernel.compiled import compiled_module
@@ -163,3 +164,18 @@ def test_lanes_stand_in_groups():
     """Truth: by hand; two lanes of a row side by side, the next group a whole group's rows further on."""
     module = SimpleNamespace(LANES_PER_GROUP=2, GROUP_SIZE=20)
     assert lane_places(module, 3, 5).tolist() == [6, 7, 26, 27, 46]
+
+
+def test_the_garbage_collector_rests_while_a_kernel_is_compiled(monkeypatch, tmp_path):
+    """Truth: its own state, in a compilation and after one that failed."""
+    monkeypatch.setenv("MECHID_CACHE", str(tmp_path))
+    seen = []
+
+    def fail(_made):
+        seen.append(gc.isenabled())
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        compiled_module("kernel_resting", lambda: "run = 1\n", fail)
+    assert seen == [False]
+    assert gc.isenabled()

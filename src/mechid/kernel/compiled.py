@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 import importlib.util
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
@@ -137,11 +138,24 @@ def _make(path: Path, text: Callable[[], str], call: Callable[[ModuleType], None
 def _load(path: Path, call: Callable[[ModuleType], None]) -> ModuleType:
     """Import a module and call it, which loads or compiles it; Numba recompiles code made for another processor."""
     module = _import(path)
-    with cache_signatures():
+    with cache_signatures(), _pause_collector():
         _on_own_stack(call, module)
     # Numba writes its machine code during the call, so the digests are complete only now.
     seal(path)
     return module
+
+
+@contextmanager
+def _pause_collector() -> Iterator[None]:
+    """Let Python's garbage collector rest: it scans the objects of a compilation again and again, and frees few."""
+    if not gc.isenabled():
+        yield
+        return
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
 
 
 def _path(plant: Plant, lanes: int) -> Path:

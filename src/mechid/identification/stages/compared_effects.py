@@ -279,7 +279,9 @@ def look_at_whole_records(
 ) -> list[FirstLook]:
     """Return looks at the likeliest single effects, and at each law, over whole records, from an optimum without them.
 
-    Detents of any number of periods are included only if no other effect stands out. The looks end with their budget.
+    Detents of any number of periods are included only if no other effect stands out. A term or a law of the mechanism
+    that leaves only noise and stands out ends the looks: each law costs the compilation of a kernel. Values of the
+    records do not, since they imitate laws. The looks end with their budget too.
     """
     whole = families.plain.whole_windows()
     here = fit_look(families.bare, q, journal, whole, STAGES.whole_steps)
@@ -287,8 +289,7 @@ def look_at_whole_records(
     with suppress(WorkSpentError), work_counter(whole_records_budget(families.plain)):
         for kind in _looks_by_kind(families, here, whole, tell, journal, STAGES.whole_steps, LISTED):
             looks = sorted([*looks, *(kind or ())], key=lambda look: look.criterion)
-            alone = kind is None or bool(looks and looks[0].model.added.law and looks[0].explains_surely)
-            if alone and _stands_out(looks, here):
+            if (kind is None or _settles(looks)) and _stands_out(looks, here):
                 break
     return looks
 
@@ -320,6 +321,12 @@ def _looks_by_kind(
     yield from islice(singles, WITH_SLOW - before_laws)
     yield None
     yield from singles
+
+
+def _settles(looks: Sequence[FirstLook]) -> bool:
+    """Tell whether the best of some looks has an effect of the mechanism alone, and leaves only noise."""
+    best = looks[0] if looks else None
+    return best is not None and bool(best.model.added.names) and not best.model.disturbances and best.explains_surely
 
 
 def _stands_out(looks: Sequence[FirstLook], here: FirstLook) -> bool:
