@@ -36,6 +36,10 @@ PULSES = """[stepper.pulses]
 on_s = 0.008
 between = "open"
 clamp_V = { value = 3.0, min = 0.5, max = 10.0 }"""
+HYSTERESIS = """[stepper.detent_hysteresis]
+torque = 0.01
+angle_deg = 15.0
+"""
 ERROR = """[[gear.kinematic_error]]
 order = "mesh 2"
 amplitude = { value = 2e-4, min = 0.0, max = 2e-3 }
@@ -56,6 +60,7 @@ MOTORS = {
     "unipolar": {"motor": "poles = 100\nphases = 4", "period": 1.8, "drive": "", "gear": ""},
     "pulses": {"motor": "poles = 100", "period": 1.8, "drive": PULSES, "gear": ""},
     "mesh": {"motor": "poles = 100", "period": 1.8, "drive": "", "gear": MESH},
+    "hysteresis": {"motor": "poles = 100", "period": 1.8, "drive": HYSTERESIS, "gear": ""},
 }
 TRUTH = {
     "pulses": {"stepper.pulses.clamp_V": 3.0},
@@ -161,22 +166,45 @@ def test_a_motor_goes_through_every_command(run, tmp_path, motor):
         assert told["checked"] is not None
 
 
+HELD = """[stepper.pulses]
+on_s = 0.008
+between = "held"
+hold = 0.0"""
+INCOMPLETE = {
+    "gear.kinematic_error:mesh 2": ("mesh", ERROR, ""),
+    "stepper.pulses.open": ("pulses", PULSES, HELD),
+    "stepper.detent_hysteresis": ("hysteresis", HYSTERESIS, ""),
+}
+"""Of each effect the motor that has it, and what stands in its file and in the one that lacks it."""
+SIZES = {
+    "gear.kinematic_error:mesh 2": {
+        "gear.kinematic_error.0.amplitude": 2e-4,
+        "gear.kinematic_error.0.phase_deg": 40.0,
+    },
+    "stepper.pulses.open": {"stepper.pulses.clamp_V": 3.0},
+    "stepper.detent_hysteresis": {"stepper.detent_hysteresis.torque": 0.01},
+}
+
+
 @pytest.mark.slow
-def test_an_error_of_a_mesh_that_the_file_lacks_is_named(run, tmp_path):
-    """Truth: the kinematic error at the second mesh that made the records."""
-    start, true = "start_angle_deg = 45.0", MECHANISM.format(**MOTORS["mesh"])
+@pytest.mark.parametrize("effect", INCOMPLETE)
+def test_an_effect_that_the_file_lacks_is_named(run, tmp_path, effect):
+    """Truth: the effect and its values that made the records."""
+    motor, has, lacks = INCOMPLETE[effect]
+    start, true = "start_angle_deg = 45.0", MECHANISM.format(**MOTORS[motor])
     (tmp_path / "mechanism.toml").write_text(true, encoding="utf-8")
     write_campaign(tmp_path, start)
     assert run("simulate", tmp_path, "--out", tmp_path / "sim").exit_code == 0
     add_noise(tmp_path / "sim", np.random.default_rng(5))
-    (tmp_path / "start.toml").write_text(true.replace(ERROR, ""), encoding="utf-8")
+    assert has in true
+    (tmp_path / "start.toml").write_text(true.replace(has, lacks), encoding="utf-8")
     write_campaign(tmp_path, start, measured=True)
     run("identify", tmp_path, "--out", tmp_path / "fit", "--workers", 1)
     (missing,) = json.loads((tmp_path / "fit" / "estimate.json").read_text(encoding="utf-8"))["missing"]
-    assert missing["name"] == "gear.kinematic_error:mesh 2"
-    for key, value in (("amplitude", 2e-4), ("phase_deg", 40.0)):
-        one = missing["parameters"][f"gear.kinematic_error.0.{key}"]
-        assert abs(one["value"] - value) < 4.0 * one["std_error"], key
+    assert missing["name"] == effect
+    for name, value in SIZES[effect].items():
+        one = missing["parameters"][name]
+        assert abs(one["value"] - value) < 4.0 * one["std_error"], name
 
 
 @pytest.mark.parametrize(

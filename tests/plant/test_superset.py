@@ -44,6 +44,7 @@ RARER = (
     "stepper.detent:1.44deg",
     "stepper.detent:1.2deg",
     "stepper.detent:1.03deg",
+    "stepper.detent_hysteresis",
     "gear.kinematic_error:3",
     "gear.kinematic_error:5",
     "gear.kinematic_error:6",

@@ -71,5 +71,5 @@ def extension(holding: Expr) -> Extension:
         table=TABLE,
         structure={"angle_deg": Float(TYPICAL_ANGLE_DEG)},
         widths={"torque": Float(0.02) * holding},
-        grown=True,
+        rarer=True,
     )
