@@ -66,7 +66,7 @@ def _arguments() -> argparse.Namespace:
 def _bench(name: str, folder: Path) -> Path:
     """Write the files of a bench, and return its folder."""
     if name == DEMO:
-        make_bench(folder)
+        make_bench(folder, 0)
     else:
         family, _, seed = name.partition("/")
         write_recovery_bench(folder, int(family), int(seed))
