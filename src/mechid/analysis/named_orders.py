@@ -20,7 +20,7 @@ from mechid.signal.orders import order_phasors, order_signal
 from mechid.signal.series import Series
 
 PROBES = (-5.0, -4.0, -3.0, 3.0, 4.0, 5.0)
-"""Distances from a line, in inverse travels, at which the remainder gives the level of the noise."""
+"""Offsets from a line, in units of 1 / (steps travelled in the window), at which the level of the noise is read."""
 PART = 1 << 16
 """Samples whose sines are held at a time."""
 
@@ -32,7 +32,7 @@ class NamedOrder:
     Attributes
     ----------
     position : int
-        Position of the line among all that were asked for.
+        Index of the line in `named`.
     names : tuple of str
         Its name first.
     order : float
@@ -111,7 +111,7 @@ def named_orders(
         groups = list(_groups(wanted, others, window))
         if not groups or window.size <= 4 * (len(others) + len(groups)) + 4:
             continue
-        # Of lines that cannot be told apart the middle loses the least of any.
+        # Lines that cannot be separated are fitted at their middle order, where the error for any of them is smallest.
         orders = np.array([0.5 * (group[0][2] + group[-1][2]) for group in groups])
         found, noise = _fit_window(window, window.of(signal), orders, others)
         parts.append((window.along, orders, found))
@@ -136,7 +136,7 @@ def _needed_steps(orders: Sequence[float], beside: Sequence[float]) -> float:
     each = np.unique(np.concatenate([[0.0], orders]))
     own = float(np.diff(each).min())
     apart = np.abs(np.subtract.outer(np.array(orders), np.array(beside)))
-    # An order that is one of the step rate, as of a mesh with as many teeth, stays with it at any travel.
+    # An order that equals one of the step rate can never be separated from it, and is left out here.
     other = float(apart[apart > 0.0].min(initial=np.inf))
     return max(ORDER.named_turns / min(own, other), ORDER.window_steps)
 

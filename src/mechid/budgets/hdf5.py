@@ -45,7 +45,7 @@ def write_hdf5(budget: Budget, folder: Path) -> Path:
 
 
 def line_of_sight_series(mode: ModeBudget) -> FloatArray:
-    """Return the line of sight of the lines at the worst rate, at the torque's sample times, (N, m) rad."""
+    """Return the pointing error that the torque's lines cause at the worst rate, at the torque's times, (N, m) rad."""
     at = mode.responses[mode.worst]
     t = np.arange(at.state.torque.size) / at.state.sample_rate_hz
     total = np.zeros((t.size, at.phasors.shape[1]))

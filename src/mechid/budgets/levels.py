@@ -93,14 +93,14 @@ def member_level(
         The interpretation is unknown.
     """
     if interpretation == "ensemble":
-        return max(worst_time(e, index, confidence, axis, points) for w, e in member if w > 0.0)
+        return max(error_at_worst_time(e, index, confidence, axis, points) for w, e in member if w > 0.0)
     if interpretation in INTERPRETATIONS:
         return mixed_level([member], index, confidence, axis, points)
     known = did_you_mean(interpretation, INTERPRETATIONS) or f"; write one of {', '.join(INTERPRETATIONS)}"
     raise UsageError(f'interpretation: unknown "{interpretation}"{known}')
 
 
-def worst_time(
+def error_at_worst_time(
     error: PointingError, index: Index, confidence: float, axis: int | None, points: int = LEVEL.points
 ) -> float:
     """Return the error in rad at its worst time.

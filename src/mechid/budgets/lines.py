@@ -1,4 +1,4 @@
-"""Spectral lines of a flying torque without aliasing, from filtered samples with the filter's response divided out.
+"""Spectral lines of the torque in flight, without aliasing: from filtered samples, the filter's response divided out.
 
 Friction makes the torque jump. Its lines therefore fall off only as 1/f, and plain sampling folds them back: at 10 kHz
 a line at 460 Hz is off by several percent. The torque instead passes a Butterworth filter of order 8 before sampling.
@@ -44,10 +44,10 @@ class Lines:
     error : (n,)
         Error of the lines, N m: sampling and integration, or the scatter of a motion that does not repeat.
     power : float
-        Mean square of the whole torque about its mean, (N m)^2, corrected for the first-order error that jumps within
-        a sample cause.
+        Mean square of the whole torque about its mean, (N m)^2; of a repeating motion corrected for the first-order
+        error that jumps within a sample cause.
     torque : (N,)
-        Unfiltered samples from which the lines were computed, N m.
+        Unfiltered torque over the same stretch, N m.
     sample_rate_hz : float
     """
 
@@ -102,7 +102,9 @@ def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
 def lines_with_scatter(
     period: PeriodMap, start: State | None, skipped: int, periods: int
 ) -> tuple[Lines, FloatArray, float]:
-    """Return the lines of a motion that does not repeat, the torque between them, and the standard error of its RMS.
+    """Return the lines of a motion that does not repeat, the torque left without them, and the error of the RMS.
+
+    The standard error is that of the whole torque's RMS, N m.
 
     Raises
     ------
@@ -155,7 +157,7 @@ def filter_decay_s(mechanism: Mechanism) -> float:
     if not slowest > MOTION.endless * float(np.abs(roots).max()):
         raise FitError(
             "a filter of the test stand never settles, so that there are no lines behind it: give housing and "
-            "transducer a damping above 0, or hand the mechanism on as it flies"
+            "transducer a damping above 0, or take the mechanism without its test stand"
         )
     return 1.0 / slowest
 

@@ -62,7 +62,7 @@ class Value:
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """Finished fit of a fleet.
+    """A finished fit as a fleet uses it.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ def _interval_factor(dof: float | None) -> float:
 
 
 def is_of_interest(estimates: Sequence[Estimate], name: str) -> bool:
-    """Return whether any campaign estimates or held a parameter, or its known value differs between campaigns."""
+    """Return whether any campaign estimated or held a parameter, or its known value differs between campaigns."""
     # A tied parameter follows its master and would repeat the master's findings.
     values = [v for e in estimates if (v := e.values.get(name)) is not None and v.status != Status.TIED]
     return any(v.status != Status.KNOWN for v in values) or len({v.value for v in values}) > 1

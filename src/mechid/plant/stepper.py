@@ -320,10 +320,6 @@ def _harmonics(orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
 HOLDING = "holding torque"
 
 
-def _hysteresis(holding: Expr, *, lagging: bool) -> tuple[Extension, ...]:
-    return () if lagging else (detent_hysteresis.extension(holding),)
-
-
 def motor_torque(
     orders: Sequence[int | None], holding: str | None = None, *, lagging: bool = False, warm: bool = False
 ) -> Block:
@@ -341,6 +337,7 @@ def motor_torque(
     T_coils, T_mot = symbols("T_coils T_mot")
     T_D = (*symbols(f"T_D1:{len(orders) + 1}"), *((detent_hysteresis.T_hys,) if lagging else ()))
     scale = parse_expr(holding) if holding else None
+    lag = () if scale is None or lagging else (detent_hysteresis.extension(scale),)
     return Block(
         name="motor",
         table="stepper",
@@ -348,6 +345,6 @@ def motor_torque(
         terms={T_mot: T_coils - (magnet.factor if warm else 1) * sum(T_D)},
         outputs={"T_mot": T_mot},
         scales={} if scale is None else {HOLDING: scale},
-        extensions=() if scale is None else (*detent.extensions(orders, scale), *_hysteresis(scale, lagging=lagging)),
+        extensions=() if scale is None else (*detent.extensions(orders, scale), *lag),
         series=() if scale is None else (detent.series(scale),),
     )

@@ -40,7 +40,7 @@ class StoredDiagnosis:
     tried : sequence of mapping
         Effects that were tried but not named: ``name``, ``words``, ``why``.
     base : Mechanism
-        Mechanism as written in the file.
+        Mechanism as written in the campaign's mechanism file.
     """
 
     words: str

@@ -140,7 +140,7 @@ def test_parts_of_noise_agree_and_those_of_an_effect_do_not(common, agrees):
         compared = Comparison(parts, information, np.linalg.inv(information), np.ones(6, dtype=bool))
         assert compared.consistency.agrees is agrees
         z.append(compared.consistency.phase.z)
-    assert (max(z) < GRADE.chance_limit) is agrees
+    assert (max(z) < GRADE.consistency_z_limit) is agrees
     if agrees:  # of chance, mean 0 and deviation 1, each known to its own error over 60 draws
         assert abs(np.mean(z)) < 4.0 / np.sqrt(60)
         assert np.std(z) == pytest.approx(1.0, abs=0.4)
@@ -188,7 +188,7 @@ def test_with_a_wrong_housing_the_errors_reach_the_truth():
     start = wrong(displaced(truth(), FREE))
     fit = identify(campaign(start, *records_of(truth(), 33)), near={n: start.value(n) for n in FREE}, workers=1)
     assert not fit.consistency.agrees
-    assert fit.consistency.phase.z > GRADE.chance_limit
+    assert fit.consistency.phase.z > GRADE.consistency_z_limit
     assert fit.consistency.contested_record in MADE
     off = {n: fit.parameters[n].value - truth().value(n) for n in FREE}
     by_noise = [abs(off[n]) / fit.parameters[n].std_error_noise for n in FREE]

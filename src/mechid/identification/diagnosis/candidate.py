@@ -326,7 +326,7 @@ class CandidateModel:
         A model with a residual at the noise level is on the right branch. Windows shorter than the records come from a
         growth already. A branch that does not follow all records is not better.
         """
-        if self.over_noise <= self.rules.followed or not self.is_of_whole_records:
+        if self.over_noise <= self.rules.noise_limit or not self.is_of_whole_records:
             return self
         # A fixed seed, so that a diagnosis of the same fit repeats.
         growth = grow_horizons(self.problem, self.q, np.random.default_rng(0), escapes=self.rules.escapes)

@@ -95,7 +95,7 @@ def search_effects(before: CandidateModel, start: CandidateModel, say: Tell = la
     model, imitated = replace_imitators(model, say)
     steps = [*steps, *added, *removed, *hidden, *imitated]
     # A law in place of the mechanism's own needs fits of its own: it is tried only where terms leave a misfit.
-    if model.over_noise > RULES.followed:
+    if model.over_noise > RULES.noise_limit:
         bare = model.keep_effects(model.disturbances) if model.disturbances and not model.laws else before
         better, law_steps = add_law(bare, model, tried, say)
         if better is not model:
@@ -148,7 +148,7 @@ def compensating_effects(model: CandidateModel, needed: Mapping[str, Score]) -> 
     weak = [name for name, score in needed.items() if score.share < RULES.mostly]
     if len(weak) > RULES.few_weak or (weak and len(needed) > RULES.few):
         return list(needed)
-    return weak if model.over_noise > RULES.followed else [name for name in weak if needed[name].share < RULES.share]
+    return weak if model.over_noise > RULES.noise_limit else [name for name in weak if needed[name].share < RULES.share]
 
 
 def doubtful_effects(
@@ -162,7 +162,7 @@ def doubtful_effects(
     if not needed or not model.over_noise <= RULES.far or _agrees(model):
         return []
     clear = {
-        name for name in needed if needed[name].share >= RULES.nearly_all and less[name].over_noise > RULES.followed
+        name for name in needed if needed[name].share >= RULES.nearly_all and less[name].over_noise > RULES.noise_limit
     }
     return [name for name in needed if name not in clear]
 

@@ -75,10 +75,10 @@ def add_effects(model: CandidateModel, tried: dict[str, str], say: Tell) -> tupl
     steps: list[Step] = []
     while len(model.effects) < RULES.most:
         better = add_likeliest(model, tried, say)
-        if better is None and model.over_noise > RULES.followed and model.is_of_whole_records:
+        if better is None and model.over_noise > RULES.noise_limit and model.is_of_whole_records:
             wider = _add_seen_periods(model)
             better = add_likeliest(wider, tried, say) if wider else None
-        if better is None and model.over_noise > RULES.followed:
+        if better is None and model.over_noise > RULES.noise_limit:
             better = _exchange_one(model, say)
         if better is None:
             break
@@ -225,7 +225,7 @@ def add_law(
     best, steps = smooth, list[Step]()
     for rank, (law, trial) in enumerate(_promising_laws(before, smooth, tried, say)):
         hopeless = (
-            rank >= RULES.law_tries or gain(before, trial).share < RULES.mostly or best.over_noise <= RULES.followed
+            rank >= RULES.law_tries or gain(before, trial).share < RULES.mostly or best.over_noise <= RULES.noise_limit
         )
         if hopeless and not trial.is_better_than(best):
             tried[law] = WORSE

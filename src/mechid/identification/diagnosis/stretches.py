@@ -130,7 +130,7 @@ def _attempts(
     more, _ = drop_effects(add_effects(more, tried, say)[0], say)
     if {*more.effects} != {*here.effects}:
         yield more, before, RULES.first_escapes
-    if more.over_noise <= RULES.followed:
+    if more.over_noise <= RULES.noise_limit:
         yield from ((other, before, RULES.first_escapes) for other in exchanged_models(more, say))
     # A second missing law is rarer than a wrong branch.
     if model.laws:

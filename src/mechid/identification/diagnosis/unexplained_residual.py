@@ -121,7 +121,7 @@ def explain_untested(before: CandidateModel, model: CandidateModel) -> dict[str,
     plain = (before if math.isfinite(before.cost) else model).landscape
     weak = (
         _insignificant_effects(model, plain if model is before else model.landscape)
-        if model.over_noise > RULES.followed
+        if model.over_noise > RULES.noise_limit
         else {}
     )
     return {**weak, **untestable_effects(plain)}

@@ -49,7 +49,7 @@ class EffectRules:
     """Largest number of steps of a fit."""
     finer: float = 3.0
     """Factor by which the effective samples must grow during a fit for it to continue."""
-    followed: float = 1.01
+    noise_limit: float = 1.01
     """Residual-to-noise ratio above which a model is grown again: more than a level known to 1 % explains."""
     law_tries: int = 2
     """Laws that are fitted together with further effects."""

@@ -82,7 +82,7 @@ class Scatter:
     @property
     def agrees(self) -> bool:
         """Whether noise alone explains the scatter."""
-        return self.z <= GRADE.chance_limit if self.by_ratio is None else self.ratio < self.by_ratio
+        return self.z <= GRADE.consistency_z_limit if self.by_ratio is None else self.ratio < self.by_ratio
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class GradeRules:
     """Thresholds that decide the grade of a fit."""
 
-    chance_limit: float = 4.0
+    consistency_z_limit: float = 4.0
     """Standard deviations of chance up to which the parts of the records agree: 17 campaigns with a complete model
     reached 0.9 at most, and of 41 with an effect left out 39 exceeded it."""
 

@@ -279,9 +279,8 @@ def look_at_whole_records(
 ) -> list[FirstLook]:
     """Return looks at the likeliest single effects, and at each law, over whole records, from an optimum without them.
 
-    Detents of any number of periods are included only if no other effect stands out. A term or a law of the mechanism
-    that leaves only noise and stands out ends the looks: each law costs the compilation of a kernel. Values of the
-    records do not, since they imitate laws. The looks end with their budget too.
+    Detents of any number of periods are included only if no other effect stands out. A term or a law that leaves only
+    noise and stands out ends the looks, as each law compiles a kernel, and so does their budget.
     """
     whole = families.plain.whole_windows()
     here = fit_look(families.bare, q, journal, whole, STAGES.whole_steps)
@@ -289,7 +288,7 @@ def look_at_whole_records(
     with suppress(WorkSpentError), work_counter(whole_records_budget(families.plain)):
         for kind in _looks_by_kind(families, here, whole, tell, journal, STAGES.whole_steps, LISTED):
             looks = sorted([*looks, *(kind or ())], key=lambda look: look.criterion)
-            if (kind is None or _settles(looks)) and _stands_out(looks, here):
+            if (kind is None or (looks and looks[0].settles)) and _stands_out(looks, here):
                 break
     return looks
 
@@ -321,12 +320,6 @@ def _looks_by_kind(
     yield from islice(singles, WITH_SLOW - before_laws)
     yield None
     yield from singles
-
-
-def _settles(looks: Sequence[FirstLook]) -> bool:
-    """Tell whether the best of some looks has an effect of the mechanism alone, and leaves only noise."""
-    best = looks[0] if looks else None
-    return best is not None and bool(best.model.added.names) and not best.model.disturbances and best.explains_surely
 
 
 def _stands_out(looks: Sequence[FirstLook], here: FirstLook) -> bool:

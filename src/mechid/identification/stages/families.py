@@ -30,7 +30,7 @@ GAIN_TABLE = "transducer"
 RATIO = "gear.ratio"
 SLOW = (friction_position.ROTOR.table, friction_position.OUTPUT.table)
 """Lists of terms that vary so slowly with the angle that the first moments do not determine their number of periods."""
-OF_RECORDS = ("record.delay", "record.voltage", "record.gain", "clock")
+FREE_FROM_START = ("record.delay", "record.voltage", "record.gain", "clock")
 """Disturbances that are free from the first moments on; a clock or a temperature of one record becomes visible later.
 """
 
@@ -188,7 +188,7 @@ class Families:
         return tuple(
             one
             for one in possible_disturbances(bare, self.campaign, rests=rests)
-            if one.name in OF_RECORDS or one.lines_hz
+            if one.name in FREE_FROM_START or one.lines_hz
         )
 
     @property
@@ -284,7 +284,7 @@ class Families:
         # Without a place for terms, the plant stays small, and all choices of free record values share one kernel.
         if not names:
             model = replace(self.bare, name=name, disturbances=disturbances).lay_out(self.plain, self._tables)
-            lanes = self.plain.coordinates.lanes + len(OF_RECORDS)
+            lanes = self.plain.coordinates.lanes + len(FREE_FROM_START)
             return replace(model, problem=replace(model.problem, capacity=lanes))
         return augment(
             self.plain,

@@ -54,6 +54,11 @@ class FirstLook:
         """Whether the misfit is within the uncertainty of a record's noise level."""
         return self.cost_per_sample < STAGES.surely_explained
 
+    @property
+    def settles(self) -> bool:
+        """Whether effects of the mechanism alone leave only noise; values of records imitate laws, and do not count."""
+        return bool(self.model.added.names) and not self.model.disturbances and self.explains_surely
+
     def explains_misfit_of(self, other: FirstLook) -> bool:
         """Tell whether no more than noise is left, or only little of another look's misfit beyond noise.
 

@@ -24,7 +24,7 @@ from typing import Self
 from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import is_on_one_core
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.stages.families import OF_RECORDS, Families
+from mechid.identification.stages.families import FREE_FROM_START, Families
 from mechid.kernel.compiled import is_compiled, kernel_for, version_folder
 from mechid.kernel.source import fingerprint, lanes_for
 from mechid.plant.plant import Plant
@@ -166,7 +166,7 @@ def layouts(families: Families, lanes: int | None = None) -> Iterator[Layout]:
     written = families.plain.space.mechanism
     lanes = families.plain.coordinates.lanes if lanes is None else lanes
     if families.superset is not None:
-        yield families.record_layout, lanes + len(OF_RECORDS)
+        yield families.record_layout, lanes + len(FREE_FROM_START)
     if families.superset is not None and families.allows_terms:
         plant = families.superset.mechanism.plant
         yield plant, len(plant.parameters)
