@@ -44,7 +44,6 @@ RARER = (
     "stepper.detent:1.44deg",
     "stepper.detent:1.2deg",
     "stepper.detent:1.03deg",
-    "stepper.detent_hysteresis",
     "gear.kinematic_error:3",
     "gear.kinematic_error:5",
     "gear.kinematic_error:6",
@@ -125,6 +124,7 @@ def test_a_rival_with_an_amplitude_is_none_of_it_where_that_is_0():
 def test_growth_tries_the_laws_it_was_measured_with():
     names = [law.name for law in rivals_of(catalogue_mechanism(), grown_only=True)]
     assert names == [
+        "stepper.detent_hysteresis",
         "friction.stribeck",
         "gear.backlash",
         "gear.backlash",

@@ -11,7 +11,7 @@ from functools import partial
 from sympy import Expr, Float, Integer, pi, symbols
 
 from mechid.parameter import Declaration
-from mechid.plant.block import Block, Extension, Guard, Switch
+from mechid.plant.block import Block, Guard, Rival, Switch
 from mechid.plant.drive_train import omega, p
 
 TABLE = "stepper.detent_hysteresis"
@@ -63,13 +63,19 @@ def hysteresis() -> Block:
     )
 
 
-def extension(holding: Expr) -> Extension:
-    """Return the hysteresis that may be added, with 2 % of the holding torque, at the usual angle."""
-    return Extension(
+def rival(holding: Expr) -> Rival:
+    """Return the hysteresis that may be added, with 2 % of the holding torque; at zero torque it vanishes.
+
+    As a term of the library it would locate the zeros of the speed in every mechanism, and growth would not prune it.
+    """
+    return Rival(
         name=TABLE,
-        words="the detent torque lags behind the rotor (hysteresis), built up over {angle_deg:g} electrical deg",
+        words="the detent torque lags behind the rotor (hysteresis)",
         table=TABLE,
-        structure={"angle_deg": Float(TYPICAL_ANGLE_DEG)},
-        widths={"torque": Float(0.02) * holding},
-        rarer=True,
+        null="torque",
+        free={
+            "torque": (Float(0.02) * holding, Integer(0), Float(0.3) * holding),
+            "angle_deg": (Float(TYPICAL_ANGLE_DEG), Float(1.0), Float(90.0)),
+        },
+        tried={"angle_deg": (5.0, TYPICAL_ANGLE_DEG, 45.0)},
     )

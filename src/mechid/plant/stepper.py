@@ -337,7 +337,6 @@ def motor_torque(
     T_coils, T_mot = symbols("T_coils T_mot")
     T_D = (*symbols(f"T_D1:{len(orders) + 1}"), *((detent_hysteresis.T_hys,) if lagging else ()))
     scale = parse_expr(holding) if holding else None
-    lag = () if scale is None or lagging else (detent_hysteresis.extension(scale),)
     return Block(
         name="motor",
         table="stepper",
@@ -345,6 +344,7 @@ def motor_torque(
         terms={T_mot: T_coils - (magnet.factor if warm else 1) * sum(T_D)},
         outputs={"T_mot": T_mot},
         scales={} if scale is None else {HOLDING: scale},
-        extensions=() if scale is None else (*detent.extensions(orders, scale), *lag),
+        extensions=() if scale is None else detent.extensions(orders, scale),
         series=() if scale is None else (detent.series(scale),),
+        rivals=() if scale is None or lagging else (detent_hysteresis.rival(scale),),
     )

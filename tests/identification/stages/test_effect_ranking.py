@@ -9,7 +9,7 @@ from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.computation.journal import Journal
 from mechid.identification.identify import make_problem
-from mechid.identification.stages.effect_ranking import effect_scores, rank_effects
+from mechid.identification.stages.effect_ranking import _scores, effect_scores, rank_effects
 from mechid.identification.stages.families import Families
 from mechid.identification.stages.first_look import first_windows, fit_look
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
@@ -90,3 +90,19 @@ def test_the_number_of_periods_of_a_detent_is_exact_over_whole_records():
     families = Families(make_problem(made, 1), made)
     scores = effect_scores(families, families.bare, families.plain.start)
     assert families.periods(max(scores, key=scores.__getitem__)) == PERIODS
+
+
+@pytest.mark.slow
+def test_a_scan_without_places_for_other_terms_gives_the_same_scores(uneven):
+    """Truth: the plant that has the whole library beside the scanned terms."""
+    windows, base = uneven.plain.whole_windows(), uneven.bare
+    names = [f"friction.position:{order}" for order in (3, ORDER)]
+    laid_out = base.lay_out_with(uneven.plain, names, uneven.record_tables)
+    wide = uneven.with_effects(base, names, (), "scanned")
+    assert laid_out.problem.shrinkage == pytest.approx(
+        {name: width for name, width in wide.problem.shrinkage.items() if name in laid_out.problem.shrinkage}
+    )
+    assert len(laid_out.problem.space.mechanism.plant.parameters) < 40
+    found, expected = (_scores(base, uneven.plain.start, windows, one, names) for one in (laid_out, wide))
+    assert found == pytest.approx(expected, rel=1e-6)
+    assert max(found, key=found.get) == names[1]

@@ -74,6 +74,14 @@ class AugmentedModel:
         problem = added.problem(plain, self.disturbances)
         return replace(self, problem=problem, added=added, superset=None)
 
+    def lay_out_with(self, plain: Problem, terms: Sequence[str], tables: Collection[str] = ()) -> AugmentedModel:
+        """Return the model with some more terms, each with its small prior, without places for other terms."""
+        needed = {*tables, *missing_tables(self.base.mechanism, self.disturbances)}
+        added = lay_out(self.base, (*self.added.terms, *terms), needed, small=True)
+        own = {name: width for name, width in added.widths.items() if added.new[name] in terms}
+        added = replace(added, widths={**rename_values(self.added.widths, self.added, added), **own})
+        return replace(self, problem=added.problem(plain, self.disturbances), added=added, superset=None)
+
     def keep_effects(self, plain: Problem, names: Collection[str], name: str) -> AugmentedModel:
         """Return the model with only some of its effects, under another name."""
         some = tuple(one for one in self.disturbances if one.name in names)

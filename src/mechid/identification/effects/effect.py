@@ -79,8 +79,10 @@ def substitute_law(plain: Mechanism, law: Law) -> AddedTerms:
     return AddedTerms(law.mechanism, new=new, law=law.name)
 
 
-def lay_out(base: AddedTerms, names: Collection[str], tables: Collection[str] = ()) -> AddedTerms:
-    """Return a mechanism with some terms as a file would declare them, without small priors and places for other terms.
+def lay_out(
+    base: AddedTerms, names: Collection[str], tables: Collection[str] = (), *, small: bool = False
+) -> AddedTerms:
+    """Return a mechanism with some terms as a file would declare them, without places for other terms.
 
     Parameters
     ----------
@@ -90,6 +92,8 @@ def lay_out(base: AddedTerms, names: Collection[str], tables: Collection[str] = 
         Names of terms.
     tables : collection of str
         Optional tables that it has in any case, with their defaults.
+    small : bool
+        Whether the terms have small priors, as those of a superset.
     """
     mechanism = with_tables(base.mechanism, tables)
     base = replace(base, mechanism=mechanism)
@@ -99,7 +103,10 @@ def lay_out(base: AddedTerms, names: Collection[str], tables: Collection[str] = 
     # Sets have no fixed order, but the order of terms is part of the plant and of its kernel.
     further = [unlisted[name] for name in sorted(unlisted.keys() & set(names))]
     superset = superset_of(mechanism, only=names, further=further)
-    return replace(add_terms(superset, names, base), widths={}) if superset else base
+    if superset is None:
+        return base
+    added = add_terms(superset, names, base)
+    return added if small else replace(added, widths={})
 
 
 def rename_values(values: Mapping[str, float], of: AddedTerms, other: AddedTerms) -> dict[str, float]:

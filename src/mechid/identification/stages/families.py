@@ -157,10 +157,10 @@ class Families:
         if layout is None:
             return None
         further = [self.unlisted_terms[name] for name in self._place_terms(names)] if self.allows_terms else []
-        return superset_of(self.base.mechanism, grown_only=True, further=further, tables=self._tables)
+        return superset_of(self.base.mechanism, grown_only=True, further=further, tables=self.record_tables)
 
     @property
-    def _tables(self) -> tuple[str, ...]:
+    def record_tables(self) -> tuple[str, ...]:
         """Tables that per-record values may need."""
         layout = self.base.mechanism.plant.layout
         return (GAIN_TABLE,) if layout is not None and layout.flying is None else ()
@@ -168,7 +168,7 @@ class Families:
     @property
     def record_layout(self) -> Plant:
         """Plant of models that have per-record values and no additional term."""
-        return with_tables(self.base.mechanism, self._tables).plant
+        return with_tables(self.base.mechanism, self.record_tables).plant
 
     def _place_terms(self, names: Sequence[str]) -> Iterator[str]:
         """Yield an unlisted term for each place of the plant: the named ones, then others at their null value.
@@ -283,7 +283,7 @@ class Families:
         disturbances = (*before.disturbances, *(one for one in own if one.name not in there))
         # Without a place for terms, the plant stays small, and all choices of free record values share one kernel.
         if not names:
-            model = replace(self.bare, name=name, disturbances=disturbances).lay_out(self.plain, self._tables)
+            model = replace(self.bare, name=name, disturbances=disturbances).lay_out(self.plain, self.record_tables)
             lanes = self.plain.coordinates.lanes + len(FREE_FROM_START)
             return replace(model, problem=replace(model.problem, capacity=lanes))
         return augment(
