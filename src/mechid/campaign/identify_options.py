@@ -16,7 +16,9 @@ Spikes: TypeAlias = Literal["keep", "reject"]
 Disturbances: TypeAlias = Literal["auto", "none"] | tuple[str, ...]
 CHOICES = {"priors": ("fit", "search", "none"), "colour": ("auto", "prefilter", "none"), "spikes": ("keep", "reject")}
 MAINS, WANDER = "mains", 0.01
-DISTURBANCES = (MAINS, "clock", "record.clock", "record.delay", "record.voltage", "record.gain", "record.temperature")
+ONE_CLOCK = "clock"
+"""Rate of the recorder's clock against the driver's, one for all records."""
+DISTURBANCES = (MAINS, ONE_CLOCK, "record.clock", "record.delay", "record.voltage", "record.gain", "record.temperature")
 """Disturbances of records besides the mechanism, as named in estimate.json."""
 LIMITS = ("max_relative_error", "max_correlation")
 

@@ -11,12 +11,13 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
+from mechid.campaign.identify_options import ONE_CLOCK
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.conclude import GoOn, conclude
-from mechid.identification.effects.disturbance import lines_of, with_disturbances
+from mechid.identification.effects.disturbance import Disturbance, lines_of, with_disturbances
 from mechid.identification.effects.mains import mains, redetermine_hum
 from mechid.identification.output_error.problem import Problem, enough_substeps
 from mechid.identification.output_error.space import SearchSpace
@@ -210,9 +211,9 @@ def _follow_plan(
     state = replace_imitations(watch, fit_with_disturbances(watch, state, campaign, names), campaign, names)
     # A bound explains a residual beyond noise: it is no sign of a missing effect.
     is_held = is_on_file_bound(state.problem, state.q)
-    asks = (state.found and not before.found) or (needs_more_effects(watch, state) and not is_held)
-    if growth.complete and asks:
-        found = tuple(one.disturbance.name for one in state.found)
+    found = tuple(one.disturbance.name for one in state.found)
+    imitates = not before.found and any(_may_imitate(one.disturbance) for one in state.found)
+    if growth.complete and (imitates or (needs_more_effects(watch, state) and not is_held)):
         # An effect added past a stall that leaves more than noise may imitate one that whole records tell.
         plain = remove_effects(before, written) if before.added else before
         wider = add_needed_effect(watch, plain, campaign, found, seed)
@@ -228,6 +229,15 @@ def _follow_plan(
     if growth.complete and near is None:
         state = confirm_optimum(watch, state, names, seed)
     return watch.note(_set_final_outcome(fit_past_cliffs(watch, state, names, seed)))
+
+
+def _may_imitate(one: Disturbance) -> bool:
+    """Tell whether a disturbance may stand for a missing effect of the mechanism although only noise is left.
+
+    Values of single records may. A rate of the clock for all records, and hum in several records, leave misfit
+    beyond noise in the others where they are wrong.
+    """
+    return one.name != ONE_CLOCK and (one.mains_hz is None or sum(map(bool, one.lines_hz.values())) < 2)
 
 
 def _pass_cliffs_again(watch: Watch, before: SearchState, state: SearchState, seed: int) -> SearchState:

@@ -133,7 +133,7 @@ def superset_of(
     laws = {**layout.laws, **{e.table: e.law for e in extensions if e.law}}
     wide = replace(layout, orders=orders, laws=laws, tables=layout.tables | _optional(extensions) | frozenset(tables))
     values = {
-        f"{place}.{key}": float(e.subs(mechanism.by_symbol))
+        f"{place}.{key}": _number(mechanism, e)
         for place, extension in zip(places, extensions, strict=True)
         for key, e in extension.structure.items()
     }
@@ -283,7 +283,7 @@ def _with_rival(mechanism: Mechanism, layout: Layout, rival: Rival) -> Mechanism
     freed = {}
     for key, limits in rival.free.items():
         name = f"{rival.table}.{key}"
-        value, least, most = (float(e.subs(mechanism.by_symbol)) for e in limits)
+        value, least, most = (_number(mechanism, e) for e in limits)
         freed[name] = replace(other.parameters[name], value=value, min=least, max=most, status=Status.FREE)
     return other.with_parameters(freed)
 
@@ -330,8 +330,8 @@ def _merge_terms(terms: Iterable[Term]) -> tuple[Term, ...]:
 
 
 def _term(mechanism: Mechanism, place: str, extension: Extension) -> Term:
-    widths = {f"{place}.{key}": abs(float(e.subs(mechanism.by_symbol))) for key, e in extension.widths.items()}
-    values = {key: float(e.subs(mechanism.by_symbol)) for key, e in extension.values.items()}
+    widths = {f"{place}.{key}": abs(_number(mechanism, e)) for key, e in extension.widths.items()}
+    values = {key: _number(mechanism, e) for key, e in extension.values.items()}
     words = extension.words.format(**_shape(mechanism, extension), **values)
     return Term(_name(mechanism, extension), words, widths, extension.rarer)
 
@@ -342,4 +342,9 @@ def _name(mechanism: Mechanism, extension: Extension) -> str:
 
 
 def _shape(mechanism: Mechanism, extension: Extension) -> dict[str, float]:
-    return {key: float(e.subs(mechanism.by_symbol)) for key, e in extension.structure.items()}
+    return {key: _number(mechanism, e) for key, e in extension.structure.items()}
+
+
+def _number(mechanism: Mechanism, expr: Expr) -> float:
+    # Most are numbers, of which there are a thousand; a substitution takes milliseconds.
+    return float(expr if expr.is_Number else expr.subs(mechanism.by_symbol))

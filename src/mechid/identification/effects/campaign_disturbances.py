@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, TIME_OFFSET, key_in_record, record_parameter_name
-from mechid.campaign.identify_options import DISTURBANCES, MAINS
+from mechid.campaign.identify_options import DISTURBANCES, MAINS, ONE_CLOCK
 from mechid.command import MeasuredCommand
 from mechid.identification.effects.disturbance import Disturbance, with_parameters
 from mechid.identification.effects.effect import distance_from_null
@@ -47,7 +47,7 @@ def _clock(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbanc
         return
     own = _free(f"{CAMPAIGN}.{CLOCK.key}", CLOCK, 0.0, PRIORS.clock_ppm)
     words = "the driver's clock and the recorder's do not run at the same rate"
-    yield Disturbance("clock", words, {t.name: (own,) for t in stepped})
+    yield Disturbance(ONE_CLOCK, words, {t.name: (own,) for t in stepped})
 
 
 def _own_clocks(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
@@ -155,7 +155,7 @@ def _wider(p: Parameter, problem: Problem, factor: float) -> Parameter:
 
 
 _MAKERS: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]] = {
-    "clock": _clock,
+    ONE_CLOCK: _clock,
     "record.clock": _own_clocks,
     "record.delay": _delay,
     "record.voltage": _of_role(Role.SUPPLY, "record.voltage", "the supply differs from record to record"),
