@@ -38,7 +38,7 @@ between = "open"
 clamp_V = { value = 3.0, min = 0.5, max = 10.0 }"""
 HYSTERESIS = """[stepper.detent_hysteresis]
 torque = 0.01
-angle_deg = 15.0
+angle_deg = 12.0
 """
 ERROR = """[[gear.kinematic_error]]
 order = "mesh 2"
@@ -182,7 +182,10 @@ SIZES = {
         "gear.kinematic_error.0.phase_deg": 40.0,
     },
     "stepper.pulses.open": {"stepper.pulses.clamp_V": 3.0},
-    "stepper.detent_hysteresis": {"stepper.detent_hysteresis.torque": 0.01},
+    "stepper.detent_hysteresis": {
+        "stepper.detent_hysteresis.torque": 0.01,
+        "stepper.detent_hysteresis.angle_deg": 12.0,
+    },
 }
 
 
