@@ -157,10 +157,8 @@ def quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, confi
     # Beyond nine sigmas of the widest part the probability is 1 to machine precision. So the root is within them of the
     # centres' own quantile, and parts beyond nine more add all or nothing: mostly a few per cent of them are left.
     size, reach = np.abs(centres), NEGLIGIBLE_BEYOND * sigmas.max()
-    order = np.argsort(size)
-    at = int(np.searchsorted(np.cumsum(weights[order]), confidence))
-    low = max(size[order[at - 1]] - reach, 0.0) if at > 0 else 0.0
-    high = size[order[min(at + 1, size.size - 1)]] + reach
+    below, above = _neighbours(size, weights, confidence)
+    low, high = max(below - reach, 0.0), above + reach
     inside, near = size < low - reach, (size >= low - reach) & (size <= high + reach)
     rest = confidence - float(weights[inside].sum())
     weight, centre, width = weights[near], centres[near], _least_widths(sigmas)[near]
@@ -169,6 +167,19 @@ def quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, confi
         return float(weight @ _below(x, centre, width)) - rest
 
     return float(brentq(excess, low, high, xtol=1e-7 * sigmas.max()))
+
+
+def _neighbours(size: FloatArray, weights: FloatArray, confidence: float) -> tuple[float, float]:
+    """Return the sizes next below and above the weighted quantile; 0 where none is below."""
+    if np.ptp(weights) <= 1e-12 * weights.max():
+        # Of equal weights two order statistics suffice, for which no sort is needed.
+        at = int(np.searchsorted(np.arange(1, size.size + 1) / size.size, confidence))
+        after = min(at + 1, size.size - 1)
+        parted = np.partition(size, [max(at - 1, 0), after])
+        return float(parted[at - 1]) if at > 0 else 0.0, float(parted[after])
+    order = np.argsort(size)
+    at = int(np.searchsorted(np.cumsum(weights[order]), confidence))
+    return float(size[order[at - 1]]) if at > 0 else 0.0, float(size[order[min(at + 1, size.size - 1)]])
 
 
 def share_below(x: float, centres: FloatArray, sigmas: FloatArray) -> FloatArray:
