@@ -104,11 +104,11 @@ def _scan(
         # All terms of a list share one plant, so a scan compiles no kernel; others of the list fill its last places.
         some = names[first : first + places]
         filled = [*some, *(name for name in families.by_periods[table].values() if name not in some)][:places]
-        found |= _scores(base, q, windows, _scanned(families, base, filled), some)
+        found |= _scores(base, q, windows, _model_for_scan(families, base, filled), some)
     return found
 
 
-def _scanned(families: Families, base: AugmentedModel, names: Sequence[str]) -> AugmentedModel:
+def _model_for_scan(families: Families, base: AugmentedModel, names: Sequence[str]) -> AugmentedModel:
     """Return a model with some more unlisted terms; of a slow list without places for the rest of the library.
 
     A kernel with all places takes three times as long to compile, and four times as long for a step.
