@@ -18,6 +18,7 @@ Data: TypeAlias = Mapping[str, Any]
 MOST_LINES, MOST_LETTERS = 3, 240
 """Most lines of a card, and most characters of a line."""
 TONES = {Grade.A: GOOD, Grade.B: GOOD, Grade.C: CAUTION, Grade.FAILED: BAD}
+"""Tones of a card, which tells usable fits from others; a report is stricter and shows B as a caution."""
 
 
 @dataclass(frozen=True)
