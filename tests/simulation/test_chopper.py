@@ -162,6 +162,7 @@ def test_a_narrow_band_of_fast_decay_comes_to_the_average():
         ({"frequency_hz": -2e4}, "stepper.chop.frequency_hz: found -20000"),
         ({"hysteresis_A": {"value": 0.1}}, "stepper.chop.hysteresis_A: found a table"),
         ({"hysteresis_A": 0.1, "supply_V": 24.0}, "unknown key; the keys here are frequency_hz, hysteresis_A"),
+        ({"hysteresis_B": 0.1}, 'unknown key; did you mean "hysteresis_A"?'),
         ({"hysteresis_A": 0.1, "decay": "quick"}, 'stepper.chop.decay: unknown decay "quick"'),
     ],
 )

@@ -145,7 +145,9 @@ def _nearest(name: str, known: tuple[str, ...], tables: set[str]) -> str:
     names = [*known, *sorted(tables)]
     siblings = [other.rpartition(".")[2] for other in names if other.rpartition(".")[0] == table]
     elsewhere = [other for other in known if other.endswith(f".{key}")]
-    if absent := get_close_matches(name, (*LISTS, *OPTIONAL), n=1, cutoff=0.8):
+    # A long table is similar to each of its own keys.
+    tables_elsewhere = [other for other in (*LISTS, *OPTIONAL) if other != table]
+    if absent := get_close_matches(name, tables_elsewhere, n=1, cutoff=0.8):
         place = absent[0].rpartition(".")
         return f'; did you mean "{place[2] if place[0] == table else absent[0]}"?'
     if near := did_you_mean(key, siblings):

@@ -12,7 +12,8 @@ from mechid.analysis import validate
 from mechid.analysis.residual_emission import TRACKED
 from mechid.campaign import load_campaign
 from mechid.errors import InputFileError
-from mechid.identification.identify import identify
+from mechid.identification.effects.disturbance import Disturbance
+from mechid.identification.identify import _may_imitate, identify
 from mechid.identification.result.estimate_file import write_estimate
 from mechid.identification.result.fit_file import read_fit
 from mechid.reports.numbers import report_data
@@ -60,6 +61,21 @@ def test_a_clock_is_found_with_its_rate(clock):
     assert max(r.residual_rms for r in fit.records.values()) < 1.05 * NOISE_NM
     assert any(line.startswith("clock: ") and 'disturbances = "none"' in line for line in fit.warnings)
     assert report_data(fit)["missing"][0]["rows"][0]["name"] == "campaign.clock_ppm"
+
+
+@pytest.mark.parametrize(
+    ("one", "may"),
+    [
+        (Disturbance("clock", ""), False),
+        (Disturbance("record.delay", ""), True),
+        (Disturbance("mains:50Hz", "", lines_hz={"a": (50.0,), "b": (50.0, 100.0)}), False),
+        (Disturbance("mains:50Hz", "", lines_hz={"a": (50.0,), "b": ()}), True),
+    ],
+    ids=["a clock of all", "delays", "hum in two records", "hum in one"],
+)
+def test_only_values_of_single_records_imitate_the_mechanism(one, may):
+    """Truth: the rule as docs/identification.md states it: what is in several records alike imitates no effect."""
+    assert _may_imitate(one) is may
 
 
 def _in_drivers_time(record):
