@@ -11,6 +11,7 @@ from paper import SENSITIVE
 SUBSTEPS = 2
 """Steps a sample at which the promise of 1e-5 holds on the paper's records at 10 kHz."""
 RATE_HZ = 10_000.0
+LANES = len(SENSITIVE)
 
 
 def base(duration_s, *, rate_hz=RATE_HZ, start_s=0.0):
@@ -18,15 +19,17 @@ def base(duration_s, *, rate_hz=RATE_HZ, start_s=0.0):
     return TimeBase(rate_hz, round(duration_s * rate_hz) + 1, start_s)
 
 
-def simulator(mechanism, command, time_base, *, sensitive=(), latest_s=0.0):
+def simulator(mechanism, command, time_base, *, sensitive=(), latest_s=0.0, lanes=LANES):
     """Return a simulator; all of a plant share one kernel, whose lanes hold every parameter of the paper."""
     alone = tuple((i,) for i in sensitive)
-    return Simulator(mechanism.plant, command, time_base, alone, latest_s, capacity=len(SENSITIVE))
+    return Simulator(mechanism.plant, command, time_base, alone, latest_s, capacity=lanes)
 
 
-def run_kernel(mechanism, command, time_base, *, substeps=SUBSTEPS, sensitive=(), p=None, offset_s=0.0, block=1024):
+def run_kernel(
+    mechanism, command, time_base, *, substeps=SUBSTEPS, sensitive=(), p=None, offset_s=0.0, block=1024, **lanes
+):
     """Return the kernel's trajectory."""
-    made = simulator(mechanism, command, time_base, sensitive=sensitive, latest_s=abs(offset_s))
+    made = simulator(mechanism, command, time_base, sensitive=sensitive, latest_s=abs(offset_s), **lanes)
     p = mechanism.kernel_values() if p is None else p
     return simulate_run(made.run(p, substeps=substeps, timing=Timing(offset_s), block=block, events=2000))
 

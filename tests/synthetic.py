@@ -10,6 +10,7 @@ import numpy as np
 from mechid.campaign import Campaign, CampaignRecord, Match, Stage, catalogue_mechanism
 from mechid.campaign.bench import TRUTH
 from mechid.campaign.campaign import TIME_OFFSET, record_parameter_name
+from mechid.campaign.identify_options import IdentifyOptions
 from mechid.command import Command, Timing
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter, Status
@@ -26,6 +27,8 @@ OFFSET_NM = 0.01
 DRIFT_NM = 0.004
 SUBSTEPS = 4
 """Steps a sample with which the records are made; the identification begins with 1."""
+AS_WRITTEN = IdentifyOptions(terms=False, disturbances="none")
+"""Options of a fit that looks for no effects: each law that is tried has a kernel to compile."""
 COMMANDS: Mapping[str, Command] = MappingProxyType(
     {
         "full_46": constant(46.0),

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.fit_file import read_fit
 from mechid.reports.numbers import report_data
 from mechid.reports.results import write_results
+from synthetic import AS_WRITTEN
 
 RATE_HZ, SECONDS, NOISE_NM = 5000.0, 0.8, 0.002
 COMMANDS = {name: mechid.make_command("full", rate=rate) for name, rate in (("full_46", 46.0), ("full_60", 60.0))}
@@ -72,7 +74,7 @@ def fit():
         torque = run.torque + missing + NOISE_NM * rng.standard_normal(run.time.size)
         use = "estimate" if name == "full_46" else "validate"
         records.append(mechid.make_record(name, torque, sample_rate_hz=RATE_HZ, command=command, use=use))
-    campaign = mechid.make_campaign(mechanism, records, name="bench")
+    campaign = replace(mechid.make_campaign(mechanism, records, name="bench"), options=AS_WRITTEN)
     near = {name: mechanism.value(name) for name in ("gear.stiffness", "gear.damping")}
     return mechid.identify(campaign, workers=1, near=near)
 

@@ -16,12 +16,11 @@ from mechid.campaign.prediction import simulate
 from mechid.identification.conclude import ONE_RECORD
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.result.grade import Cause, FitOutcome, Grade
-from synthetic import COMMANDS, NOISE_NM, bench, bounded, campaign, displaced, measured, record, truth
+from synthetic import AS_WRITTEN, COMMANDS, NOISE_NM, bench, bounded, campaign, displaced, measured, record, truth
 
 GEAR = {"gear.stiffness": 1.25, "gear.damping": 0.6}
 PHASE, AMPLITUDE = "stepper.detent.1.phase_deg", "stepper.detent.1.amplitude"
 SHORT_S = 0.12
-AS_WRITTEN = IdentifyOptions(terms=False, disturbances="none")
 
 
 def within(fit, names, made_by, sigmas=5.0):

@@ -32,7 +32,6 @@ OFF = {
 """Inside the play of the layout with backlash: at its edge, 0.1 mrad, the torque jumps and has no derivative."""
 LANES = 32
 CHAIN = {**LAYOUTS["load_dependent"], **LAYOUTS["kinematic_error"], **LAYOUTS["test stand"]}
-"""The one of `test_block_library`, whose kernel is compiled anyway."""
 
 
 def torque(mechanism, start, *, command=COMMAND, time_base=None, p=None, directions=None):
@@ -93,7 +92,7 @@ def test_a_run_begun_in_motion_goes_on_as_the_whole_one(rate, begun_s):
     initial = later.excitation(0.05).initial
     reached = states_in(before.simulator.kernel, before.buffers)
     own = off_rest(m.plant, m.kernel_values(), initial, later.start_angle_rad, reached)
-    whole = run_kernel(m, command, rest, substeps=8).torque
+    whole = run_kernel(m, command, rest, substeps=8, lanes=LANES).torque
     assert len(m.plant.starts) > 8
     np.testing.assert_allclose(
         torque(m, Start(own), command=later, time_base=rest)[0], whole, rtol=0, atol=2e-6 * np.abs(whole).max()

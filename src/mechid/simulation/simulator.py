@@ -166,7 +166,7 @@ class Run:
         self.simulator, self.base, self.p = simulator, base, p
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
         kernel = simulator.kernel
-        self.moved = directions.shape[1]
+        self.moved, self.runs_counted_as_one = directions.shape[1], 1
         self.interval_s = base.interval_s * timing.scale
         self.start_s = base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s
         self.grid = self._grid(kernel.module, self.interval_s / substeps)
@@ -224,7 +224,7 @@ class Run:
         while done < total:
             check_interruption()
             count = min(self.block - done % self.block, total - done)
-            count_run(count * self.substeps, len(self.p), self.moved)
+            count_run(count * self.substeps // self.runs_counted_as_one, len(self.p), self.moved)
             still = min(max(resting - done, 0), count)
             if still:
                 self._rest(still)

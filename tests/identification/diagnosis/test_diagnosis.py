@@ -24,7 +24,7 @@ from mechid.identification.result.diagnosis_file import FILE_NAME, PROPOSED_NAME
 from mechid.identification.result.grade import Cause, Grade, Reason
 from mechid.ink.console import console_on
 from mechid.reports.numbers import report_data
-from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
+from synthetic import AS_WRITTEN, COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
 
 COMPLETED = ("modelled, with the effects", "residual, with the effects")
 """Of the completed model, in the colour of effects."""
@@ -147,7 +147,8 @@ def test_a_residual_that_nothing_explains_is_said_to_go_with_time():
     torque += 0.02 * np.sin(2.0 * np.pi * 77.0 * np.arange(torque.size) / RATE_HZ)
     bench = replace(campaign(made_by, record("sweep", torque, command)), considered=("clock",))
     near = {p.name: p.value for p in made_by.free}
-    found = diagnose(identify(bench, workers=1, near=near), workers=1)
+    fit = identify(replace(bench, options=AS_WRITTEN), workers=1, near=near)
+    found = diagnose(replace(fit, campaign=bench), workers=1)
     assert found.missing == ()
     (one,) = found.locked
     assert one.frequencies_hz[0] == pytest.approx(77.0, abs=0.5)

@@ -58,7 +58,8 @@ def wide_problem():
     made = bench(displaced(truth(), {"gear.stiffness": 1.01}), truth(), "full_46", seed=5, seconds=0.05)
     plain, superset = make_problem(made, 1), superset_of(made.mechanism, grown_only=True)
     added = add_terms(superset, NAMES)
-    return plain, added.problem(plain), added
+    wide = replace(added.problem(plain), capacity=len(superset.mechanism.plant.parameters))
+    return plain, wide, added
 
 
 def test_a_start_is_transferred_to_the_null_of_its_terms():

@@ -28,7 +28,7 @@ def off(fit, truth):
 
 
 def without_option(one):
-    return replace(one, options=replace(one.options, disturbances="none"))
+    return replace(one, options=replace(one.options, disturbances="none", terms=False))
 
 
 @pytest.fixture(scope="module")

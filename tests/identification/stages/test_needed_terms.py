@@ -1,5 +1,7 @@
 """Pruning of added terms. Truth: the mechanisms that made the records, each with one effect that the file lacks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -35,7 +37,7 @@ def grown(name):
     plain = make_problem(made, 2)
     superset = superset_of(made.mechanism, grown_only=True)
     added = add_terms(superset, [term.name for term in superset.terms])
-    wide = added.problem(plain)
+    wide = replace(added.problem(plain), capacity=len(superset.mechanism.plant.parameters))
     q = solve(wide, transfer_values(plain, plain.start, wide), wide.whole_windows(), steps=30, tolerance=1e-6).q
     return plain, SearchState(wide, q, wide.whole_windows(), added=added)
 

@@ -29,6 +29,7 @@ from mechid.simulation.simulator import Run, Simulator
 from mechid.simulation.start import Start
 from mechid.simulation.time_scale import start_slopes
 from mechid.simulation.trajectory import SimulationOutcome
+from mechid.simulation.work import RUNS_A_BATCH
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +211,7 @@ def batch_misfits(model: Model, pairs: Sequence[tuple[Target, FloatArray]], wind
     """Yield misfits without derivatives in groups whose pieces must be iterated in step.
 
     Each misfit is of a target at a point; the targets differ only in their measured samples. A group is simulated as a
-    batch, unless it is so small that little would be gained.
+    batch, unless it is so small or so short that little would be gained.
     """
     for first in range(0, len(pairs), SETS):
         group = pairs[first : first + SETS]
@@ -221,7 +222,13 @@ def batch_misfits(model: Model, pairs: Sequence[tuple[Target, FloatArray]], wind
         alike = len(initial) >= PROBLEM.fewest_in_batch and all(
             r.outcome is SimulationOutcome.COMPLETE for r in initial
         )
-        runs: Sequence[Blocks] = Batch(initial).each(window[0]) if alike else initial
+        runs: Sequence[Blocks] = initial
+        if alike and window[1] >= PROBLEM.shortest_in_batch:
+            runs = Batch(initial).each(window[0])
+        elif alike:
+            # As much as in a batch, which short runs are not worth: limits of work are multiples of what is counted so.
+            for run in initial:
+                run.runs_counted_as_one = RUNS_A_BATCH
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 

@@ -24,6 +24,9 @@ class ProblemSettings:
     fewest_in_batch: int = 3
     """Fewest points that are simulated as a batch. A batch costs as much as 3 single runs (benchmarks/batch_of_runs.py:
     0.37 to 0.4 of 8)."""
+    shortest_in_batch: int = 8192
+    """Fewest samples that are simulated as a batch. Short windows, as in a multi-start, gain nothing by it
+    (docs/scaling.md), and the first batch of a layout waits 3 s for its kernel."""
     fewest_to_divide: int = 8192
     """Fewest samples of a record for each thread that shares its directions; a search's short windows stay whole."""
     least_noise_share: float = 1e-6

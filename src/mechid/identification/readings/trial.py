@@ -161,6 +161,8 @@ def _refine_with_terms(problem: Problem, targets: Sequence[Target], windows: Win
         return found
     plain = replace(problem, targets=tuple(targets), workers=1)
     wide = add_terms(superset, [term.name for term in superset.terms]).problem(plain)
+    # With as many lanes as in `augment`, whose kernel then serves here too.
+    wide = replace(wide, capacity=len(superset.mechanism.plant.parameters))
     start = Candidate(transfer_values(plain, found.best.q, wide), found.best.cost)
     best = refine(wide, start, steps=RULES.trial_steps, windows=windows)
     # Written as "not <", so that the NaN of a wider model that cannot be simulated is refused too.
