@@ -13,9 +13,12 @@ steps. If the lines differ by more than `MOTION.promised` of the largest, both a
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+import sympy as sp
 
 from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from mechid.budgets.orbit import Orbit
@@ -25,6 +28,7 @@ from mechid.errors import FitError
 from mechid.plant.flight import CUT_OFF
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.mechanisms import LINE_ORDER
+from mechid.plant.plant import Plant
 from mechid.plant.test_stand import anti_alias_response
 from mechid.signal.power import periodic_power
 from mechid.simulation.block import State
@@ -150,8 +154,7 @@ def filter_decay_s(mechanism: Mechanism) -> float:
     plant = mechanism.plant
     if not plant.filter.states:
         return 0.0
-    values = dict(zip(plant.parameters, mechanism.kernel_values().tolist(), strict=True))
-    A = np.array(plant.filter.A.subs(values).tolist(), dtype=np.float64)
+    A = np.array(_filter_matrix(plant)(*mechanism.kernel_values().tolist()), dtype=np.float64)
     roots = np.linalg.eigvals(A)
     slowest = float(-roots.real.max())
     if not slowest > MOTION.endless * float(np.abs(roots).max()):
@@ -160,6 +163,13 @@ def filter_decay_s(mechanism: Mechanism) -> float:
             "transducer a damping above 0, or take the mechanism without its test stand"
         )
     return 1.0 / slowest
+
+
+@lru_cache(maxsize=32)
+def _filter_matrix(plant: Plant) -> Callable[..., list[list[float]]]:
+    """Return the filters' matrix A as a function of the kernel's parameters."""
+    function: Callable[..., list[list[float]]] = sp.lambdify(plant.parameters, plant.filter.A.tolist(), modules="math")
+    return function
 
 
 def _orders(period: PeriodMap, times: int) -> IntArray:

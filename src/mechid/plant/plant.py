@@ -10,11 +10,11 @@ from functools import cached_property
 import sympy as sp
 
 from mechid.parameter import Declaration, Role
-from mechid.plant.block import Block, Guard, LinearSystem, PolarPair, Switch
+from mechid.plant.block import Block, LinearSystem, PolarPair, Switch
 from mechid.plant.filter_chain import NO_FILTER, combine_filters
 from mechid.plant.layout import Layout
 from mechid.plant.tables import MOTOR_OF_RECORD, OF_RECORD
-from mechid.plant.terms import sort_terms, start_states
+from mechid.plant.terms import sort_terms, start_states, structure_text
 from mechid.plant.wiring import Links
 
 START_ANGLE = sp.Symbol("theta_0")
@@ -73,6 +73,17 @@ class Plant:
 
     def with_outputs(self, quantities: Sequence[str]) -> Plant:
         """Return the plant with other outputs, taken from `offered`; a filter that none of them needs is dropped."""
+        chosen = tuple(quantities)
+        if chosen not in self._with_outputs:
+            self._with_outputs[chosen] = self._measuring(chosen)
+        return self._with_outputs[chosen]
+
+    @cached_property
+    def _with_outputs(self) -> dict[tuple[str, ...], Plant]:
+        """Plants that `with_outputs` has returned: the symbols of one, and its digest, take tens of milliseconds."""
+        return {}
+
+    def _measuring(self, quantities: Sequence[str]) -> Plant:
         outputs = {quantity: self.offered[quantity] for quantity in quantities}
         seen = set().union(*(sp.sympify(self.expand(e)).free_symbols for e in outputs.values()))
         # A filter without an observer would cost time and add parameters that nothing identifies.
@@ -183,11 +194,14 @@ class Plant:
     @cached_property
     def digest(self) -> str:
         """Hash of the structure: equations and their order, independent of parameter values."""
-        switches = [(s.name, _text(s.modes), _text(s.guards), _text(s.entry), s.otherwise) for s in self.switches]
+        switches = [
+            (s.name, structure_text(s.modes), structure_text(s.guards), structure_text(s.entry), s.otherwise)
+            for s in self.switches
+        ]
         motion = (self.states, self.terms, self.rates, self.initial, self.inputs, switches)
         after = (self.filter.states, self.filter.inputs, self.filter.A, self.filter.B)
         parts = (*motion, *after, tuple(self.outputs.items()), self.parameters)
-        return hashlib.sha256(_text(parts).encode()).hexdigest()
+        return hashlib.sha256(structure_text(parts).encode()).hexdigest()
 
     def __hash__(self) -> int:
         return hash(self.digest)
@@ -212,18 +226,6 @@ class Plant:
         for symbol, definition in reversed(self.terms):
             expr = expr.subs(symbol, definition)
         return expr
-
-
-def _text(value: object) -> str:
-    """Return a text that is the same in every process for the same symbolic value."""
-    if isinstance(value, Guard):
-        return f"guard({_text(value.margin)},{value.target},{_text(value.resets)})"
-    if isinstance(value, Mapping):
-        return "{" + ",".join(f"{_text(k)}:{_text(v)}" for k, v in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return "(" + ",".join(map(_text, value)) + ")"
-    # srepr spells out a symbol's assumptions and an expression's structure, which str does not.
-    return sp.srepr(value) if isinstance(value, sp.Basic | sp.MatrixBase) else repr(value)
 
 
 def dotted_name(block: Block, key: str) -> str:

@@ -1,10 +1,12 @@
-"""Ordering and substitution of the named terms of a plant."""
+"""Ordering, substitution and text of the named terms of a plant."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import sympy as sp
+
+from mechid.plant.block import Guard
 
 
 def sort_terms(terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
@@ -50,3 +52,15 @@ def start_states(
     """
     whole = [expand_terms(e, terms) for e in given]
     return tuple(e.xreplace(dict(zip(states, whole, strict=True))) for e in whole)
+
+
+def structure_text(value: object) -> str:
+    """Return a text that is the same in every process for the same symbolic value."""
+    if isinstance(value, Guard):
+        return f"guard({structure_text(value.margin)},{value.target},{structure_text(value.resets)})"
+    if isinstance(value, Mapping):
+        return "{" + ",".join(f"{structure_text(k)}:{structure_text(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "(" + ",".join(map(structure_text, value)) + ")"
+    # srepr spells out a symbol's assumptions and an expression's structure, which str does not.
+    return sp.srepr(value) if isinstance(value, sp.Basic | sp.MatrixBase) else repr(value)
