@@ -75,7 +75,7 @@ class Plant:
         """Return the plant with other outputs, taken from `offered`; a filter that none of them needs is dropped."""
         chosen = tuple(quantities)
         if chosen not in self._with_outputs:
-            self._with_outputs[chosen] = self._measuring(chosen)
+            self._with_outputs[chosen] = self._make_with_outputs(chosen)
         return self._with_outputs[chosen]
 
     @cached_property
@@ -83,14 +83,13 @@ class Plant:
         """Plants that `with_outputs` has returned: the symbols of one, and its digest, take tens of milliseconds."""
         return {}
 
-    def _measuring(self, quantities: Sequence[str]) -> Plant:
+    def _make_with_outputs(self, quantities: Sequence[str]) -> Plant:
         outputs = {quantity: self.offered[quantity] for quantity in quantities}
         seen = set().union(*(sp.sympify(self.expand(e)).free_symbols for e in outputs.values()))
         # A filter without an observer would cost time and add parameters that nothing identifies.
         system = self.behind if seen & set(self.behind.states) else NO_FILTER
-        found = _parameters(
-            self.blocks, self.inputs, self.terms, (*self.rates, *self.initial), self.switches, system, outputs
-        )
+        motion = (*self.rates, *self.initial)
+        found = _parameters(self.blocks, self.inputs, self.terms, motion, self.switches, system, outputs)
         own = {s for s, _ in self.terms} | {*self.states, *self.behind.states}
         return replace(self, outputs=outputs, filter=system, parameters=tuple(s for s in found if s not in own))
 
@@ -194,14 +193,12 @@ class Plant:
     @cached_property
     def digest(self) -> str:
         """Hash of the structure: equations and their order, independent of parameter values."""
-        switches = [
-            (s.name, structure_text(s.modes), structure_text(s.guards), structure_text(s.entry), s.otherwise)
-            for s in self.switches
-        ]
+        text = structure_text
+        switches = [(s.name, text(s.modes), text(s.guards), text(s.entry), s.otherwise) for s in self.switches]
         motion = (self.states, self.terms, self.rates, self.initial, self.inputs, switches)
-        after = (self.filter.states, self.filter.inputs, self.filter.A, self.filter.B)
-        parts = (*motion, *after, tuple(self.outputs.items()), self.parameters)
-        return hashlib.sha256(structure_text(parts).encode()).hexdigest()
+        own, outputs = self.filter, tuple(self.outputs.items())
+        parts = (*motion, own.states, own.inputs, own.A, own.B, outputs, self.parameters)
+        return hashlib.sha256(text(parts).encode()).hexdigest()
 
     def __hash__(self) -> int:
         return hash(self.digest)
