@@ -37,7 +37,11 @@ def _copied(block):
     return block.y.copy(), block.jacobian.copy(), block.rate.copy()
 
 
-STEPPED = [n for n, table in VARIANTS.items() if not any("slope" in str(u) for u in mechanism_of(table).plant.inputs)]
+STEPPED = [
+    name
+    for name, table in VARIANTS.items()
+    if "drive" not in table and not table["stepper"].get("drive", "").startswith("measured")
+]
 """Variants that steps drive: what measured channels drive has no clock beside its own."""
 
 
