@@ -2,12 +2,14 @@
 
 import gc
 import json
+import math
 import weakref
 
 import pytest
 from bokeh.document import Document
 
 from diagnosis_folder import DETENT
+from mechid.plant.mechanism import NamedLine
 from mechid.web.equations import Equations
 from mechid.web.tab import Tab
 
@@ -122,3 +124,10 @@ def test_a_page_gets_rows_for_the_terms_that_a_fit_added(lacking, open_tab, tabs
     open_tab.closed.add(page.token)
     assert "groups" in asked(later, do="hello", tab=page.token, number=1)
     assert "groups" not in asked(later, do="take", name=KNOB, number=2)
+
+
+def test_the_key_of_a_picture_has_the_lines_that_the_mechanism_names(open_tab, source, monkeypatch):
+    assert open_tab().document.template_variables["marked"] == "orders of the step rate"
+    lines = (NamedLine("mesh 1", "of a mesh", 8.0, 0.16), NamedLine("chopper", "its clock", math.nan, None, 2e4))
+    monkeypatch.setitem(vars(source.campaign.mechanism), "named_lines", lines)
+    assert open_tab().document.template_variables["marked"] == "orders of the step rate, mesh 1, chopper"

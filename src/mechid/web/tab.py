@@ -103,8 +103,13 @@ class Tab:
         data["diagnosed"] = diagnosed_data(source.diagnosed) if source.diagnosed else None
         document.title = f"{data['title']} · mechid explore"
         document.template = page_template()
+        marked = ("orders of the step rate", *(one.name for one in source.campaign.mechanism.named_lines))
         document.template_variables.update(
-            data=data, slots=len(self.slots), sweeps=len(self.sweep_figures), synthetic=source.campaign.synthetic
+            data=data,
+            slots=len(self.slots),
+            sweeps=len(self.sweep_figures),
+            synthetic=source.campaign.synthetic,
+            marked=", ".join(marked),
         )
         self.wire.on_change("asked", self._receive)
         for slot in self.slots:
