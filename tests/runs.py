@@ -26,10 +26,10 @@ def simulator(mechanism, command, time_base, *, sensitive=(), latest_s=0.0, lane
 
 
 def run_kernel(
-    mechanism, command, time_base, *, substeps=SUBSTEPS, sensitive=(), p=None, offset_s=0.0, block=1024, **lanes
+    mechanism, command, time_base, *, substeps=SUBSTEPS, sensitive=(), p=None, offset_s=0.0, block=1024, lanes=LANES
 ):
     """Return the kernel's trajectory."""
-    made = simulator(mechanism, command, time_base, sensitive=sensitive, latest_s=abs(offset_s), **lanes)
+    made = simulator(mechanism, command, time_base, sensitive=sensitive, latest_s=abs(offset_s), lanes=lanes)
     p = mechanism.kernel_values() if p is None else p
     return simulate_run(made.run(p, substeps=substeps, timing=Timing(offset_s), block=block, events=2000))
 

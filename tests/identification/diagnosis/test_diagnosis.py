@@ -12,6 +12,7 @@ import mechid
 from colours_drawn import wrong_colours
 from diagnosis_bench import made
 from mechid.campaign import catalogue_mechanism
+from mechid.campaign.identify_options import IdentifyOptions
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.command import RateProfile
 from mechid.diagnoses.document import PRESENTER
@@ -139,7 +140,8 @@ def test_only_what_the_campaign_names_is_looked_for(fitted):
         mechid.diagnose(fit, consider=("clock", "stepper.torque_harmonics"), workers=1)
 
 
-def test_a_residual_that_nothing_explains_is_said_to_go_with_time():
+@pytest.mark.parametrize("options", [AS_WRITTEN, pytest.param(IdentifyOptions(), marks=pytest.mark.slow)])
+def test_a_residual_that_nothing_explains_is_said_to_go_with_time(options):
     """Truth: the sine of 77 Hz that was added to a record whose rate varies; no grid has it, and no effect is asked."""
     command = replace(COMMANDS["micro_46"], rate=RateProfile.through([(0.0, 10.0), (1.0, 60.0)]))
     made_by = catalogue_mechanism().with_values(TRUTH)
@@ -147,7 +149,7 @@ def test_a_residual_that_nothing_explains_is_said_to_go_with_time():
     torque += 0.02 * np.sin(2.0 * np.pi * 77.0 * np.arange(torque.size) / RATE_HZ)
     bench = replace(campaign(made_by, record("sweep", torque, command)), considered=("clock",))
     near = {p.name: p.value for p in made_by.free}
-    fit = identify(replace(bench, options=AS_WRITTEN), workers=1, near=near)
+    fit = identify(replace(bench, options=options), workers=1, near=near)
     found = diagnose(replace(fit, campaign=bench), workers=1)
     assert found.missing == ()
     (one,) = found.locked

@@ -9,10 +9,11 @@ from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.identification.effects.effect import add_terms
+from mechid.identification.effects.effect import add_terms, share_kernel
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.problem import transfer_values
 from mechid.identification.result.grade import Cause, Grade
+from mechid.kernel.source import fingerprint, lanes_for
 from mechid.plant.superset import rivals_of, superset_of
 from synthetic import COMMANDS, TRUTH, bench, campaign, displaced, measured, record, torque_of, truth
 
@@ -58,7 +59,7 @@ def wide_problem():
     made = bench(displaced(truth(), {"gear.stiffness": 1.01}), truth(), "full_46", seed=5, seconds=0.05)
     plain, superset = make_problem(made, 1), superset_of(made.mechanism, grown_only=True)
     added = add_terms(superset, NAMES)
-    wide = replace(added.problem(plain), capacity=len(superset.mechanism.plant.parameters))
+    wide = share_kernel(added.problem(plain), superset)
     return plain, wide, added
 
 
@@ -73,6 +74,15 @@ def test_a_start_is_transferred_to_the_null_of_its_terms():
     assert wide.total_norm(q, wide.whole_windows()) == pytest.approx(
         plain.total_norm(plain.start, plain.whole_windows()), rel=1e-9
     )
+
+
+def test_any_choice_of_terms_shares_a_kernel():
+    """Truth: the digest by which kernels are kept, of the plant and the number of lanes."""
+    plain, wide, _ = wide_problem()
+    superset = superset_of(plain.space.mechanism, grown_only=True)
+    every = share_kernel(add_terms(superset, [term.name for term in superset.terms]).problem(plain), superset)
+    names = {fingerprint(p.space.mechanism.plant, lanes_for(p.coordinates.lanes)) for p in (wide, every)}
+    assert len(names) == 1
 
 
 def test_small_priors_are_of_both_parts_of_a_pair_and_have_their_derivative():

@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
-from mechid.identification.output_error.misfit import Misfit, misfit_series
+from mechid.identification.output_error import misfit
+from mechid.identification.output_error.misfit import Misfit, misfit_series, misfit_series_of
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.result.record_fit import record_fit
+from mechid.kernel.batch.source import SETS
+from mechid.simulation.batch import Batch
 from mechid.simulation.simulator import BLOCK
+from mechid.simulation.work import RUNS_A_BATCH, work_counter, work_of_run
 from synthetic import COMMANDS, RATE_HZ, displaced, record, truth
 
 OFFSET, DRIFT = 0.3, -2.0
@@ -52,6 +56,27 @@ def test_pieces_of_a_window_join_to_it_with_their_derivatives(made):
     np.testing.assert_allclose(rows[0], r, atol=1e-13)
     ahead, behind = (misfit_series(problem.model, target, problem.start + s, WINDOW)[0] for s in (1e-5, -1e-5))
     np.testing.assert_allclose(rows[1], (ahead - behind) / 2e-5, atol=1e-5 * np.abs(rows[1]).max())
+
+
+@pytest.mark.parametrize("is_short", [True, False])
+def test_runs_of_a_short_window_are_simulated_alone_and_counted_as_in_a_batch(made, is_short, monkeypatch):
+    """Truth: the work of eight runs by its formula, a quarter of it in a batch; the misfit of each run by itself."""
+    _, _, problem, target = made
+    fewest = target.samples + 1 if is_short else 1
+    monkeypatch.setattr(misfit, "PROBLEM", replace(misfit.PROBLEM, shortest_in_batch=fewest))
+    batches = []
+    monkeypatch.setattr(misfit, "Batch", lambda runs: batches.append(runs) or Batch(runs))
+    window, points = (0, target.samples), [problem.start + 1e-3 * k for k in range(SETS)]
+    with work_counter() as work:
+        together = misfit_series_of(problem.model, target, points, window)
+    assert bool(batches) is not is_short
+    p = len(problem.space.mechanism.plant.parameters)
+    assert work.done == pytest.approx(
+        work_of_run(SETS * target.samples * problem.substeps, p, 0) / RUNS_A_BATCH, rel=0.01
+    )
+    for q, found in zip(points, together, strict=True):
+        (alone,) = misfit_series(problem.model, target, q, window)
+        np.testing.assert_allclose(found[0][:], alone[:], rtol=0, atol=1e-9 * np.abs(alone[:]).max())
 
 
 def test_a_reader_is_told_what_the_measured_has_beside_the_model(made):

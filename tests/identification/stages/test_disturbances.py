@@ -27,8 +27,8 @@ def off(fit, truth):
     return [abs(fit.parameters[n].value - value) / fit.parameters[n].std_error for n, value in truth.items()]
 
 
-def without_option(one):
-    return replace(one, options=replace(one.options, disturbances="none", terms=False))
+def without_option(one, *, terms=False):
+    return replace(one, options=replace(one.options, disturbances="none", terms=terms))
 
 
 @pytest.fixture(scope="module")
@@ -139,10 +139,11 @@ def test_a_clock_of_one_record_is_found_there(tmp_path):
     assert report_data(fit)["missing"][0]["text"]["apart"].startswith(", most of all in sweep: -399")
 
 
-def test_what_is_switched_off_is_not_there(clock):
+@pytest.mark.parametrize("terms", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_what_is_switched_off_is_not_there(clock, terms):
     """Truth: the fit without, whose residual is beyond its noise."""
     _, one, truth, _ = clock
-    plain = identify(without_option(one), workers=1, near=truth)
+    plain = identify(without_option(one, terms=terms), workers=1, near=truth)
     assert plain.missing == ()
     assert "campaign.clock_ppm" not in plain.parameters
     assert max(r.residual_rms for r in plain.records.values()) > 1.2 * NOISE_NM

@@ -1,14 +1,12 @@
 """Pruning of added terms. Truth: the mechanisms that made the records, each with one effect that the file lacks."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.identification.effects.effect import add_terms, substitute_law
+from mechid.identification.effects.effect import add_terms, share_kernel, substitute_law
 from mechid.identification.effects.pruning import linearise
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.problem import transfer_values
@@ -37,7 +35,7 @@ def grown(name):
     plain = make_problem(made, 2)
     superset = superset_of(made.mechanism, grown_only=True)
     added = add_terms(superset, [term.name for term in superset.terms])
-    wide = replace(added.problem(plain), capacity=len(superset.mechanism.plant.parameters))
+    wide = share_kernel(added.problem(plain), superset)
     q = solve(wide, transfer_values(plain, plain.start, wide), wide.whole_windows(), steps=30, tolerance=1e-6).q
     return plain, SearchState(wide, q, wide.whole_windows(), added=added)
 

@@ -116,7 +116,8 @@ def test_estimates_behind_a_prefilter_scatter_as_reported():
     assert ratio == pytest.approx(1.0, abs=0.1 + 4.0 * np.sqrt(2.0 / draws))
 
 
-def test_a_record_with_a_small_model_error_is_judged_by_itself():
+@pytest.mark.parametrize("terms", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_record_with_a_small_model_error_is_judged_by_itself(terms):
     """Truth: a sine of 1.1 sigma that no parameter makes; the model follows all the rest to the end.
 
     The residual is larger than the noise floor throughout, which the growth that confirms cannot help.
@@ -124,7 +125,7 @@ def test_a_record_with_a_small_model_error_is_judged_by_itself():
     torque = measured(truth(), COMMANDS["full_46"], np.random.default_rng(74), seconds=0.3)
     torque += 1.1 * np.sqrt(2.0) * NOISE_NM * np.sin(2.0 * np.pi * 311.0 * np.arange(torque.size) / 1e4)
     made = campaign(displaced(truth(), GEAR), record("full_46", torque, COMMANDS["full_46"]))
-    fit = identify(replace(made, options=IdentifyOptions(terms=False)), workers=1)
+    fit = identify(replace(made, options=IdentifyOptions(terms=terms)), workers=1)
     assert fit.outcome is FitOutcome.CONVERGED
     assert "growth again" not in [s.name for s in fit.stages]
     assert not [w for w in fit.warnings if "stick/slip threshold" in w]

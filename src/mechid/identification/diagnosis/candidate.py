@@ -11,7 +11,7 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.identification.effects.disturbance import Disturbance, missing_tables
-from mechid.identification.effects.effect import AddedTerms, add_terms, lay_out
+from mechid.identification.effects.effect import AddedTerms, add_terms, lay_out, share_kernel
 from mechid.identification.effects.pruning import linearise
 from mechid.identification.effects.scores import (
     Landscape,
@@ -210,9 +210,8 @@ class CandidateModel:
 
     def _problem_of_terms(self, problem: Problem, terms: Collection[str], disturbances: Collection[str]) -> Problem:
         added = replace(add_terms(self.library, terms), widths={}) if self.library else AddedTerms(self.base)
-        # One kernel serves any choice of terms, because unused lanes take no time.
-        lanes = len(added.mechanism.plant.parameters) if self.library else 0
-        return replace(added.problem(problem, self._of(disturbances)), capacity=lanes)
+        freed = added.problem(problem, self._of(disturbances))
+        return share_kernel(freed, self.library) if self.library else freed
 
     def _of(self, names: Collection[str]) -> list[Disturbance]:
         return [one for one in self.setting.disturbances if one.name in names]

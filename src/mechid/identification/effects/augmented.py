@@ -10,7 +10,14 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.effects.campaign_disturbances import widen_priors
 from mechid.identification.effects.disturbance import Disturbance, missing_tables
-from mechid.identification.effects.effect import AddedTerms, add_terms, distance_from_null, lay_out, rename_values
+from mechid.identification.effects.effect import (
+    AddedTerms,
+    add_terms,
+    distance_from_null,
+    lay_out,
+    rename_values,
+    share_kernel,
+)
 from mechid.identification.effects.pruning import groups_of, needed_groups
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
 from mechid.plant.superset import Superset
@@ -164,7 +171,6 @@ def augment(
     """
     added = add_terms(superset, terms, base) if superset else base
     problem = added.problem(plain, disturbances)
-    # One kernel serves any choice of free terms, because unused lanes take no time.
     if superset:
-        problem = replace(problem, capacity=len(superset.mechanism.plant.parameters))
+        problem = share_kernel(problem, superset)
     return AugmentedModel(name, problem, added, tuple(disturbances), superset, base)

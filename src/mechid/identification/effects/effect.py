@@ -73,6 +73,12 @@ def add_terms(superset: Superset, names: Collection[str], base: AddedTerms | Non
     return AddedTerms(superset.with_free_terms(names), widths, {**before.new, **new}, before.law)
 
 
+def share_kernel(problem: Problem, superset: Superset) -> Problem:
+    """Return a problem with some terms of a superset free, on the one kernel that serves any choice of them."""
+    # Unused lanes take no time; a kernel with fewer would take ten seconds to compile.
+    return replace(problem, capacity=len(superset.mechanism.plant.parameters))
+
+
 def substitute_law(plain: Mechanism, law: Law) -> AddedTerms:
     """Return a mechanism with a law in place of its own one."""
     new = {p.name: law.name for p in law.mechanism.free if p.name not in plain.parameters}

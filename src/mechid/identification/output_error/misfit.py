@@ -226,7 +226,7 @@ def batch_misfits(model: Model, pairs: Sequence[tuple[Target, FloatArray]], wind
         if alike and window[1] >= PROBLEM.shortest_in_batch:
             runs = Batch(initial).each(window[0])
         elif alike:
-            # As much as in a batch, which short runs are not worth: limits of work are multiples of what is counted so.
+            # Limits of work were set while short runs were batched, so these still count as in a batch.
             for run in initial:
                 run.runs_counted_as_one = RUNS_A_BATCH
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]

@@ -17,7 +17,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.command.edges import steps_travelled
 from mechid.identification.computation.parallel import in_threads
-from mechid.identification.effects.effect import add_terms
+from mechid.identification.effects.effect import add_terms, share_kernel
 from mechid.identification.output_error.declaration import DECLARED, Reading, reinterpret_target
 from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.problem import Problem, Windows, transfer_values
@@ -160,9 +160,7 @@ def _refine_with_terms(problem: Problem, targets: Sequence[Target], windows: Win
     if superset is None or not math.isfinite(found.cost):
         return found
     plain = replace(problem, targets=tuple(targets), workers=1)
-    wide = add_terms(superset, [term.name for term in superset.terms]).problem(plain)
-    # With as many lanes as in `augment`, whose kernel then serves here too.
-    wide = replace(wide, capacity=len(superset.mechanism.plant.parameters))
+    wide = share_kernel(add_terms(superset, [term.name for term in superset.terms]).problem(plain), superset)
     start = Candidate(transfer_values(plain, found.best.q, wide), found.best.cost)
     best = refine(wide, start, steps=RULES.trial_steps, windows=windows)
     # Written as "not <", so that the NaN of a wider model that cannot be simulated is refused too.
