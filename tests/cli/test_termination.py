@@ -201,3 +201,37 @@ def test_an_error_that_a_signal_has_caused_is_an_interruption(interrupted, code)
     ended = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
     assert ended.returncode == code, ended.stderr
     assert ("Traceback" in ended.stderr) is not interrupted
+
+
+LOST = """
+import os, signal, time, weakref
+from mechid.cli import termination
+class Collected:
+    pass
+def signal_this_process(reference):
+    os.kill(os.getpid(), signal.SIGTERM)
+    for _ in range(1000):
+        pass
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+termination.listen_for_signals()
+collected = Collected()
+reference = weakref.ref(collected, signal_this_process)
+began = time.monotonic()
+try:
+    del collected
+    while time.monotonic() - began < 60.0:
+        pass
+except KeyboardInterrupt:
+    termination.say_interrupted()
+    print("results saved")
+    termination.end(130)
+"""
+"""SIGTERM in the callback of a weak reference, in which Python ignores exceptions; SIGINT is ignored as in a script."""
+
+
+def test_an_interruption_that_python_ignored_is_raised_again():
+    """Truth: Python ignores any exception of such a callback; results are saved only where the main thread has one."""
+    ended = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, check=False)
+    assert ended.returncode == 130
+    assert ended.stderr == "mechid: interrupted\n"
+    assert ended.stdout == "results saved\n"

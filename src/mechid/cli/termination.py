@@ -8,6 +8,7 @@ time, or at a second signal. Results are written to temporary files and renamed,
 
 from __future__ import annotations
 
+import _thread
 import atexit
 import os
 import select
@@ -48,6 +49,8 @@ class _Shutdown:
         Advice for continuing after a forced end.
     is_raised : bool
         Whether KeyboardInterrupt was raised in the main thread.
+    is_lost : bool
+        Whether Python ignored that KeyboardInterrupt, as it does in a callback or in a finalizer.
     is_said : bool
         Whether the user was informed.
     is_over : bool
@@ -56,6 +59,7 @@ class _Shutdown:
 
     remedy: str = ""
     is_raised: bool = False
+    is_lost: bool = False
     is_said: bool = False
     is_over: bool = False
 
@@ -65,16 +69,18 @@ _SHUTDOWN = _Shutdown()
 
 def listen_for_signals() -> None:
     """Install handlers of `SIGNALS`; an ignored signal, as under nohup, stays ignored."""
-    for number in (getattr(signal, name) for name in SIGNALS if hasattr(signal, name)):
-        if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
-            signal.signal(number, _raise_once)
     # Registered first, so that it is called last.
     atexit.register(_stop_listening)
     heard, wakes = socket.socketpair()
     # Required by set_wakeup_fd.
     wakes.setblocking(False)
     signal.set_wakeup_fd(wakes.detach(), warn_on_full_buffer=False)
+    sys.unraisablehook = _note_lost_interrupt
     Thread(target=_watch, args=(heard,), name="signals", daemon=True).start()
+    # Last, since the thread above is not woken by a signal that comes before it listens.
+    for number in (getattr(signal, name) for name in SIGNALS if hasattr(signal, name)):
+        if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+            signal.signal(number, _raise_once)
 
 
 def is_interrupted() -> bool:
@@ -110,9 +116,17 @@ def end(code: int) -> NoReturn:
 
 def _raise_once(number: int, frame: FrameType | None) -> None:
     del number, frame
-    if not _SHUTDOWN.is_raised and not _SHUTDOWN.is_over:
-        _SHUTDOWN.is_raised = True
+    if (_SHUTDOWN.is_lost or not _SHUTDOWN.is_raised) and not _SHUTDOWN.is_over:
+        _SHUTDOWN.is_raised, _SHUTDOWN.is_lost = True, False
         raise KeyboardInterrupt
+
+
+def _note_lost_interrupt(raised: sys.UnraisableHookArgs) -> None:
+    """Note that Python ignored KeyboardInterrupt, so that `_watch` raises it again; report any other exception."""
+    if _SHUTDOWN.is_raised and issubclass(raised.exc_type, KeyboardInterrupt):
+        _SHUTDOWN.is_lost = True
+    else:
+        sys.__unraisablehook__(raised)
 
 
 def _stop_listening() -> None:
@@ -124,11 +138,16 @@ def _stop_listening() -> None:
 def _watch(heard: socket.socket) -> None:
     """Wait for a signal, give the main thread time to exit, then end the process."""
     known = {getattr(signal, name) for name in SIGNALS if hasattr(signal, name)}
-    while not known & {*heard.recv(1)}:
+    while (number := heard.recv(1)[0]) not in known:
         pass
     began, computed = time.monotonic(), time.process_time()
     while True:
         again = select.select([heard], [], [], LOOK_S)[0] and known & {*heard.recv(64)}
+        if _SHUTDOWN.is_lost:
+            _thread.interrupt_main(signal.Signals(number))
+            # It wakes this thread as a signal does, and is not a second one.
+            if select.select([heard], [], [], 0.0)[0]:
+                heard.recv(64)
         passed, own = time.monotonic() - began, time.process_time() - computed
         if again and passed > AT_ONCE_S:
             break
