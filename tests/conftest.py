@@ -2,9 +2,11 @@
 
 import os
 import signal
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
+import typer.testing
 
 import golden_text
 import measured_data
@@ -40,6 +42,14 @@ def no_processes_beside():
         if int(os.environ.get(WORKERS, "1")) >= kernel_precompilation.usable_cores():
             patched.setattr(kernel_precompilation, "usable_cores", lambda: 1)
             patched.setattr(pens, "MOST", 0)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_command():
+    """Let Typer build the command once: for each of a thousand calls it would inspect 20 functions again, 40 ms."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(typer.testing, "_get_command", lru_cache(typer.testing._get_command))
         yield
 
 

@@ -63,6 +63,7 @@ def test_errors_are_as_large_as_they_are_said_to_be():
     assert 0.7 < phase < 1.3
 
 
+@pytest.mark.slow
 def test_noise_makes_no_lines():
     """Truth: there are none. At a hundredth a rate, 30 records may have one or two."""
     only = {"moment_z": DRIVE}

@@ -37,6 +37,7 @@ def test_where_the_driving_point_is_not_known_there_is_no_criterion(flying):
     assert np.isnan(largest_loop_gain(structure, flying.mechanism, np.array([20.0, 40.0])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("shape", "gain"), [(0.5, 0.06), (1.5, 0.5)])
 def test_the_criterion_foretells_the_two_way_torque(flying, state, shape, gain):
     """Truth: the joined simulation. T = T_held + K R T, K linearised: the largest line changes by 1/(1 - R K)."""

@@ -43,7 +43,7 @@ def over_the_ensemble(errors, confidence, axis, interpretation, seed):
 @pytest.mark.parametrize(
     ("errors", "axis", "quantile"),
     [
-        (biases(0), 0, lambda p: stats.norm.ppf(0.5 + 0.5 * p)),
+        pytest.param(biases(0), 0, lambda p: stats.norm.ppf(0.5 + 0.5 * p), marks=pytest.mark.slow),
         (biases(0, 0, 0, 0, spread=0.5), 0, lambda p: stats.norm.ppf(0.5 + 0.5 * p)),
         (biases(0, 1), None, lambda p: stats.chi(2).ppf(p)),
     ],

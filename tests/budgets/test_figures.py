@@ -16,6 +16,7 @@ def test_the_figures_bar_is_the_level_that_decides(data):
     assert marks["one-way, does not decide"].get_xdata()[0] == pytest.approx(row["level_rad"] / row["limit_rad"])
 
 
+@pytest.mark.slow
 def test_no_legend_lies_over_curves(data):
     """Truth: the places of legends and axes as Matplotlib draws them."""
     for name, figure in dict(budget_figures(data)).items():

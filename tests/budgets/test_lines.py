@@ -61,7 +61,7 @@ def test_the_filter_s_response_is_that_of_its_block(flying):
     assert linearise(plant, lined.kernel_values(), held_inputs(plant), 0.0, rotor_held(plant)).states[-1] == "x_l8"
 
 
-QUICK = (("strong output friction", "full"),)
+QUICK = (("paper", "full"),)
 PAIRS = [
     (name, stepping) if (name, stepping) in QUICK else pytest.param(name, stepping, marks=pytest.mark.slow)
     for name in CASES

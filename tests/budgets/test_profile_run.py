@@ -101,6 +101,7 @@ def test_what_the_model_misses_scales_the_course(course):
     assert np.mean(factors) == pytest.approx(1.0, abs=0.015)
 
 
+@pytest.mark.slow
 def test_two_way_through_a_profile(flying, course):
     """Truth: modes that hardly move leave the torque as it is; at |R K| = 0.06 it moves by a few percent."""
     driven = mode([(0.0, 20.0), (3.0, 60.0)], 3.0)

@@ -183,6 +183,7 @@ def requirement():
     )
 
 
+@pytest.mark.slow
 def test_a_complete_model_has_the_budget_that_it_had(flying):
     """Truth: the standing without residual records; white noise alone is left of these."""
     rng = np.random.default_rng(3)

@@ -119,7 +119,7 @@ def _below(x):
     return step * np.sum(stats.norm.pdf(z) * 2.0 / np.pi * np.arcsin(np.minimum(x / (2.0 + 0.2 * z), 1.0)))
 
 
-@pytest.mark.parametrize("confidence", [0.9545, 0.9973])
+@pytest.mark.parametrize("confidence", [pytest.param(0.9545, marks=pytest.mark.slow), 0.9973])
 @pytest.mark.parametrize("interpretation", TRUTHS)
 def test_a_level_moves_with_the_seed_by_no_more_than_its_sampling_error(certain, interpretation, confidence):
     """Truth: the closed forms. The stated standard error is that of the seeds, and 2 % of the spread in the mean."""
@@ -223,6 +223,7 @@ def test_an_error_of_the_bench_voltage_is_one_of_the_flight_voltage(flying):
     np.testing.assert_allclose(lines[0], lines[1], atol=1e-6 * np.abs(lines[0]).max())
 
 
+@pytest.mark.slow
 def test_bands_over_the_rate_are_those_of_units_simulated_anew(flying):
     """Truth: 200 mechanisms drawn from the covariance, simulated anew; a quantile of them is good to a tenth."""
     state = steady_state(flying.mechanism, SCAN, 37.3, flying.names, 4)

@@ -154,6 +154,7 @@ def test_a_profile_from_file_to_file(run, folder):
     assert {row["mode"] for row in data["requirements"]} == {"scan"}
 
 
+@pytest.mark.slow
 def test_lines_of_the_microsteps_are_kept_or_named(run, tmp_path):
     """Truth: 16 microsteps at 47.5 steps/s switch at 760 Hz; the motion's own line of it is not small."""
     write_estimate_of_paper(tmp_path)

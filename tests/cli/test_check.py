@@ -55,6 +55,7 @@ def test_a_record_shorter_than_its_command_is_warned(run, changed):
     assert "4 s" in warnings(result)[0]
 
 
+@pytest.mark.slow
 def test_more_than_one_edge_a_sample_is_warned(run, changed):
     result = run("check", changed("campaign.toml", "microsteps = 16, rate = 92.0", "microsteps = 256, rate = 92.0"))
     assert result.exit_code == 0
@@ -83,6 +84,7 @@ def test_stages_are_told(run, staged):
     assert "stage 1: gear.stiffness, gear.damping; full_46, 0 s to 0.05 s" in result.stdout
 
 
+@pytest.mark.slow
 def test_a_picture_of_each_record_has_its_channels_and_its_command(run, folder, tmp_path):
     """Truth: the labels that must stand in it; the SVG keeps text as text. The spectrum has the command's orders."""
     result = run("check", folder, "--out", tmp_path / "pictures")

@@ -97,6 +97,7 @@ def test_bad_input_in_one_line(refused, fit, bench, tmp_path):
     assert not out.exists() or not list(out.iterdir())
 
 
+@pytest.mark.slow
 def test_an_export_that_was_cut_short_is_made_again(run, fit, bench, tmp_path, monkeypatch):
     """Truth: the files of an undisturbed one; the first ends while they are put in place."""
     out, replaced = tmp_path / "out", Path.replace

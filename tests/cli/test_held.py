@@ -76,6 +76,7 @@ def test_a_campaign_of_a_fleet_whose_folder_is_held_is_named(run, fitted, tmp_pa
 SECOND = "import sys; from mechid.cli import main; sys.argv[0] = 'mechid'; main()"
 
 
+@pytest.mark.slow
 def test_of_two_runs_into_one_folder_one_is_refused_and_the_other_undisturbed(fitted, tmp_path):
     """Truth: the estimate of a run alone, to the last digit."""
     command = [sys.executable, "-c", SECOND, "identify", str(fitted / "bench"), "--out", str(tmp_path)]

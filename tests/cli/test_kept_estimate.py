@@ -55,7 +55,7 @@ def disturbed(monkeypatch, module, name, error):
 @pytest.mark.parametrize(
     ("name", "error"),
     [
-        ("validate", OSError(5, "Input/output error")),
+        pytest.param("validate", OSError(5, "Input/output error"), marks=pytest.mark.slow),
         ("add_suggestions", KeyboardInterrupt()),
         pytest.param("validate", KeyboardInterrupt(), marks=pytest.mark.slow),
         pytest.param("add_suggestions", MemoryError(), marks=pytest.mark.slow),
@@ -131,7 +131,7 @@ def quiet():
 @pytest.mark.parametrize(
     ("marker", "group", "count"),
     [
-        (ASKING, False, 1),
+        pytest.param(ASKING, False, 1, marks=pytest.mark.slow),
         pytest.param(DRAWING, False, 2, marks=pytest.mark.slow),
         pytest.param(DRAWING, True, 1, marks=pytest.mark.slow),
         pytest.param(ASKING, True, 1, marks=pytest.mark.slow),

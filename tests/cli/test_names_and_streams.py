@@ -82,34 +82,40 @@ def run_as_shell(*arguments, **how):
     return subprocess.run([sys.executable, "-m", "mechid", *map(str, arguments)], check=False, text=True, **how)
 
 
+@pytest.fixture
+def two_fits(fitted, tmp_path):
+    """Return the folders of two equal fits, which are compared within a second."""
+    return fitted / "fit", shutil.copytree(fitted / "fit", tmp_path / "other")
+
+
 def closing(number):
     return {"preexec_fn": lambda: os.close(number), "stderr" if number == 1 else "stdout": subprocess.PIPE}
 
 
-def test_closed_standard_output_is_as_if_nobody_had_asked_for_it(fitted):
-    assert run_as_shell("check", fitted / "bench", **closing(1)).returncode == 0
-    missing = run_as_shell("check", fitted / "bench" / "none.toml", **closing(1))
+def test_closed_standard_output_is_as_if_nobody_had_asked_for_it(two_fits):
+    assert run_as_shell("compare", *two_fits, **closing(1)).returncode == 0
+    missing = run_as_shell("compare", two_fits[0], two_fits[1] / "none.json", **closing(1))
     assert missing.returncode == 3
     assert len(missing.stderr.splitlines()) == 1
 
 
-def test_closed_standard_error_takes_nothing_away(fitted):
-    done = run_as_shell("check", fitted / "bench", **closing(2))
+def test_closed_standard_error_takes_nothing_away(two_fits):
+    done = run_as_shell("compare", *two_fits, **closing(2))
     assert done.returncode == 0
-    assert "2 records to estimate from" in done.stdout
-    assert run_as_shell("check", fitted / "bench" / "none.toml", **closing(2)).returncode == 3
+    assert "do not separate the hypotheses" in done.stdout
+    assert run_as_shell("compare", two_fits[0], two_fits[1] / "none.json", **closing(2)).returncode == 3
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="has no /dev/full")  # noqa: PTH110
-def test_full_standard_output_is_2_in_one_line(fitted):
+def test_full_standard_output_is_2_in_one_line(two_fits):
     with open("/dev/full", "w") as full:  # noqa: PTH123
-        for arguments in (["check", fitted / "bench"], ["--help"], ["kernel"]):
+        for arguments in (["compare", *two_fits], ["--help"], ["kernel"]):
             done = run_as_shell(*arguments, stdout=full, stderr=subprocess.PIPE)
             said = [line for line in done.stderr.splitlines() if line.startswith("mechid")]
             assert said == ["mechid: error: standard output: cannot be written to (No space left on device)"]
             assert done.returncode == 2
             assert "Traceback" not in done.stderr
-        assert run_as_shell("check", fitted / "bench", stdout=subprocess.PIPE, stderr=full).returncode == 0
+        assert run_as_shell("kernel", stdout=subprocess.PIPE, stderr=full).returncode == 0
 
 
 def test_a_reader_that_has_gone_is_quiet(fitted):
@@ -125,7 +131,21 @@ def test_a_reader_that_has_gone_is_quiet(fitted):
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": "ascii"}
 
 
-def test_a_path_of_umlauts_where_letters_are_ascii(bench_of_two, tmp_path):
+def test_a_path_of_umlauts_is_written_to_where_letters_are_ascii(fitted, tmp_path):
+    """Truth: the bytes of the names, UTF-8, which the results hold."""
+    fit, out = shutil.copytree(fitted / "fit", tmp_path / "Prüfstand"), tmp_path / "größe"
+    how = {"env": {**os.environ, **ASCII}, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    done = run_as_shell("export", fit, "--to", "linear", "--out", out, **how)
+    assert done.returncode == 0, done.stderr
+    for name in ("mechid_export.json", "mechid_export.html", "linear.json"):
+        assert (out / name).read_bytes().decode("utf-8")
+    missing = run_as_shell("check", fit / "ähnlich.toml", **how)
+    assert missing.returncode == 3
+    assert len(missing.stderr.splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_a_path_of_umlauts_is_identified_from_where_letters_are_ascii(bench_of_two, tmp_path):
     """Truth: the bytes of the names, UTF-8, which the results hold."""
     folder = bench_of_two("full_46", "micro_46").rename(tmp_path / "Prüfstand")
     out = tmp_path / "größe"
@@ -138,6 +158,3 @@ def test_a_path_of_umlauts_where_letters_are_ascii(bench_of_two, tmp_path):
     for path in (out / "report.html", out / "estimate.json", out / "journal.jsonl"):
         assert path.read_bytes().decode("utf-8")
     assert run_as_shell("report", out, **how).returncode == 0
-    missing = run_as_shell("check", folder / "ähnlich.toml", **how)
-    assert missing.returncode == 3
-    assert len(missing.stderr.splitlines()) == 1

@@ -26,7 +26,7 @@ def sampled(folder):
     return change
 
 
-@pytest.mark.parametrize("interval_s", [20.0, 1e-12])
+@pytest.mark.parametrize("interval_s", [pytest.param(20.0, marks=pytest.mark.slow), 1e-12])
 def test_a_clock_that_is_very_slow_or_fast_is_checked(run, sampled, interval_s):
     """One sample in 20 s has no spectrum of a step, and a record of nanoseconds shows no rest."""
     result = run("check", sampled(interval_s=interval_s))
@@ -50,6 +50,7 @@ def test_a_unit_within_a_name_is_asked_about(refused, sampled, header, word):
     assert f'"{word}" in its name may be its unit' in line
 
 
+@pytest.mark.slow
 def test_a_unit_that_the_campaign_file_gives_settles_it(run, sampled, changed):
     changed(
         "campaign.toml",

@@ -136,7 +136,7 @@ def test_a_command_that_has_just_begun_ends_at_once(name, group, place, tmp_path
         command.close()
 
 
-LONG = ("demo", "design", "fleet", "bootstrap", "budget")
+LONG = ("report", "profile", "simulate", "demo", "design", "fleet", "bootstrap", "budget")
 
 
 @pytest.mark.parametrize(

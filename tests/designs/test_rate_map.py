@@ -63,6 +63,7 @@ def steady_amplitudes(flying, command, rate):
     return [0.5 * np.ptp(steady_state(flying, mode, each, (), substeps).torque) for each in within]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("microsteps", [1, *(pytest.param(one, marks=pytest.mark.slow) for one in (2, 16))])
 def test_the_torque_in_a_bin_is_that_of_the_largest_steady_motion_in_it(microsteps):
     """Truth: the periodic motions that shooting finds, at any rate of the bin, of a mechanism in flight."""

@@ -64,6 +64,7 @@ def test_what_friction_a_slow_motor_bears_is_its_holding_torque():
     assert found.voltage == pytest.approx(1.0 - 0.02 * R / (k_m * U), abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_rotor_that_friction_holds_loses_every_step():
     """Truth: 40 full steps commanded, none made: ten pole pairs behind."""
     stuck = smooth(static=0.5, coulomb=0.4)
@@ -78,6 +79,7 @@ def test_a_slow_command_loses_nothing_and_a_sudden_fast_one_falls_behind(sign):
     assert sign * drive(mechanism, constant(sign * 1500.0), 1.0).pole_pairs_lost < 0
 
 
+@pytest.mark.slow
 def test_limits_move_as_physics_has_it():
     """Truth: what starts at once also follows slowly; inertia, friction, a lower voltage lower the start-stop rate."""
     mechanism, full = catalogue_mechanism(), constant(0.0)

@@ -68,6 +68,7 @@ def test_lines_are_those_on_the_base_times_the_stages_response(chain):
     assert not np.allclose(bench.lines[at], flying.lines[loud], rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_lines_agree_with_a_direct_simulation_of_the_bench(chain):
     estimate, found, bench = lines_of(chain[0], stand=True)
     lined = with_line_filter(estimate.mechanism, cut_off(found.mode))
@@ -134,6 +135,7 @@ QUICK = ("whole", "weight")
 """All stages together, and a stand without a housing."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in HOUSINGS]
 )
@@ -161,6 +163,7 @@ def test_derivatives_to_the_stand_s_parameters(paper):
             np.testing.assert_allclose(exact, difference, atol=1e-5 * size, err_msg=model.names[k])
 
 
+@pytest.mark.slow
 def test_the_stand_has_settled_where_the_mechanism_rests(paper):
     """Truth: a weight shows through a static stand by its gain; behind a charge amplifier nothing is left of it."""
     weight = {"housing": None, **LAYOUTS["unbalance"]}

@@ -17,6 +17,7 @@ from paper import constant
 from runs import base, run_twin
 
 
+@pytest.mark.slow
 def test_a_direct_drive_is_found_from_force_and_position(tmp_path):
     truth = {"load.mass": 95.0, "friction.coulomb": 20.0, "friction.viscous": 200.0, "drive.offset": -3.0}
     m = mechanism_of(

@@ -41,6 +41,7 @@ def campaign(tmp_path):
     return file
 
 
+@pytest.mark.slow
 def test_two_temperatures_tell_the_coefficient(campaign):
     fit = mechid.identify(mechid.load_campaign(campaign), workers=1)
     found = fit.parameters["stepper.magnet.detent_per_K"]
@@ -49,6 +50,7 @@ def test_two_temperatures_tell_the_coefficient(campaign):
     assert found.std_error < 0.05 * abs(COEFFICIENT)
 
 
+@pytest.mark.slow
 def test_records_at_one_temperature_do_not_see_it(campaign):
     """Truth: a rise of zero in each record leaves the coefficient without effect; no value is made up for it."""
     text = campaign.read_text(encoding="utf-8").replace(f"temperature_rise = {RISE_K}", "temperature_rise = 0.0")

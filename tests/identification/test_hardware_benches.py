@@ -104,6 +104,7 @@ def test_the_first_family_draws_what_it_drew(tmp_path):
     assert torque[[0, 5000, 10000]] == pytest.approx([0.002249803878, -0.02752014986, -0.006588967785], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_equal_seeds_give_equal_benches_of_either_simulator(tmp_path):
     """Truth: the files of the first, byte by byte; the fifth seed is by the second simulator."""
     sizes = replace(SIZED, runs=lambda _mechanism, _rng: SHORT)
@@ -149,7 +150,14 @@ def test_the_second_simulator_is_the_kernel(stepping):
     assert rms(own - torque) < 1e-5 * rms(torque)
 
 
-@pytest.mark.parametrize("effect", [*HARDWARE, *PAIRS])
+QUICK = ("imbalance", "stribeck", "mains_hum")
+"""Of the motor, of the friction and of the recording; `make test-slow` has every effect."""
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [one if one in QUICK else pytest.param(one, marks=pytest.mark.slow) for one in (*HARDWARE, *PAIRS)],
+)
 def test_the_simulators_agree(effect):
     """Truth: one another; they share no equation. A thousandth of the noise, over what can be predicted."""
     mechanism, size = drawn(effect, 3, sizes=SIZED)

@@ -57,6 +57,7 @@ def example():
     return of, fitted(of)
 
 
+@pytest.mark.slow
 def test_the_time_offset_of_a_held_out_record_is_found_on_its_first_part(example):
     found = example[1].records["held"].nuisance
     own = found.parameters[OFFSET]

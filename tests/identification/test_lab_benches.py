@@ -58,6 +58,7 @@ def left(problem, target, q, k):
     return np.delete(r, channel.rejected)
 
 
+@pytest.mark.slow
 def test_the_truth_leaves_nothing_but_noise(made):
     """Truth: the noise laid over each channel; triggers, clock, hum, filter and lever arm are as declared."""
     bench, campaign, problem, q = made
@@ -70,6 +71,7 @@ def test_the_truth_leaves_nothing_but_noise(made):
         assert rms[1] == pytest.approx(0.05, rel=0.03), target.name
 
 
+@pytest.mark.slow
 def test_a_trigger_of_the_file_is_not_the_truth(made):
     """Truth: 20 ms of scatter, in which the torque turns by half a period of the resonance."""
     bench, _, problem, q = made

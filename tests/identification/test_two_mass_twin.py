@@ -46,6 +46,7 @@ def test_its_structure_is_found_and_a_record_held_out_is_predicted(tmp_path):
         assert channel.residual_rms == pytest.approx(NOISE[quantity], rel=0.06)
 
 
+@pytest.mark.slow
 def test_a_damping_at_its_physical_limit_is_no_contradiction_by_itself(tmp_path):
     """Records that feed the gear's swing, as a delay of a channel does: they want a damping below 0."""
     _, fit = identified(tmp_path, truth={**TRUTH, "gear.damping": -0.15}, near={**TRUTH, "gear.damping": 0.1})
@@ -60,6 +61,7 @@ def test_a_damping_at_its_physical_limit_is_no_contradiction_by_itself(tmp_path)
     assert_found(fit, {name: value for name, value in TRUTH.items() if name != "gear.damping"}, sigmas=3.0)
 
 
+@pytest.mark.slow
 def test_a_bound_of_the_file_that_excludes_the_truth_stays_contradicted(tmp_path):
     _, fit = identified(tmp_path, least=2.0, near={**TRUTH, "gear.damping": 2.1})
     assert fit.parameters["gear.damping"].contradicted
@@ -68,6 +70,7 @@ def test_a_bound_of_the_file_that_excludes_the_truth_stays_contradicted(tmp_path
     assert reason.next_command.endswith("with a wider range of gear.damping in the mechanism file")
 
 
+@pytest.mark.slow
 def test_the_input_of_a_held_out_record_that_is_late_is_found(tmp_path):
     """Truth: a torque shifted by 4 samples against both angles."""
     records = {**RECORDS, "held": (2.0, 3, "validate", LATE)}

@@ -57,6 +57,7 @@ def test_a_card_has_few_lines_and_says_how_many_it_leaves_out():
     assert len(long.lines[0]) < 250
 
 
+@pytest.mark.slow
 def test_a_budget_of_mechid_is_told(tmp_path_factory):
     """Truth: the budget's own numbers."""
     from small_budget import small_budget

@@ -101,7 +101,7 @@ def assert_agree(found, note):
 @pytest.mark.parametrize(
     ("name", "duration_s"),
     [
-        ("full_23", 1.0),
+        pytest.param("full_23", 1.0, marks=pytest.mark.slow),
         ("micro_46", 1.0),
         *(pytest.param(*one, marks=pytest.mark.slow) for one in LONG_CASES),
     ],
@@ -112,7 +112,7 @@ def test_they_agree_with_central_differences(name, duration_s, note):
     assert_agree(list(verdicts(m, RECORDS[name], base(duration_s), 2)), note)
 
 
-@pytest.mark.parametrize("name", ["full_5", "full_46"])
+@pytest.mark.parametrize("name", [pytest.param("full_5", marks=pytest.mark.slow), "full_46"])
 def test_they_agree_where_the_torque_itself_jumps(name, note):
     """With a rigid housing a sample is the mean of a jump over its interval, and so is its derivative."""
     assert_agree(list(verdicts(mechanism(None), RECORDS[name], base(1.0), 2)), note)
@@ -123,7 +123,7 @@ def test_they_agree_with_central_differences_over_the_whole_sweep(note):
     assert_agree(list(verdicts(mechanism(), RECORDS["sweep"], base(60.0), 2)), note)
 
 
-@pytest.mark.parametrize("housing", ["paper", "unit_dc", None])
+@pytest.mark.parametrize("housing", ["paper", pytest.param("unit_dc", marks=pytest.mark.slow), None])
 def test_they_agree_with_the_twin_s(housing, note):
     """Truth: variational equations and saltation in plain matrices, DOP853; steps here fine enough for 1e-6."""
     m, command, time_base = mechanism(housing), RECORDS["full_46"], base(0.15)

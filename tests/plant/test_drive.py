@@ -30,6 +30,7 @@ def test_a_measured_input_is_held_or_runs_straight_between_its_samples(held):
     np.testing.assert_allclose(kernel.measured, x, rtol=0, atol=1e-9 * np.abs(x).max())
 
 
+@pytest.mark.slow
 def test_a_stepper_on_measured_voltages_is_that_on_its_command():
     """Truth: the same mechanism under the command whose voltages, held from sample to sample, are the channels."""
     rigid = {"housing": None}

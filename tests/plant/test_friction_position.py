@@ -58,7 +58,10 @@ def test_friction_over_the_angle_has_its_derivatives():
         np.testing.assert_allclose((up - down) / 2e-6, kernel[:, j], rtol=0, atol=1e-4 * np.abs(kernel[:, j]).max())
 
 
-@pytest.mark.parametrize(("key", "way"), [("position_forward", 1.0), ("position_backward", -1.0)])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("key", "way"), [pytest.param("position_forward", 1.0, marks=pytest.mark.slow), ("position_backward", -1.0)]
+)
 def test_friction_by_direction_acts_in_its_direction_alone(key, way):
     """Truth: the balance of energy, and plain Coulomb friction the other way, at rest too."""
     run, phi = run_kernel(*turning_on_uneven_friction(way * 0.09, 0.8, key), substeps=4).values, np.radians(40.0)

@@ -66,6 +66,7 @@ def test_an_error_that_the_file_has_is_no_candidate():
     assert {n for n in names if n.startswith("gear.stiffness_variation")} == {"gear.stiffness_variation:mesh 1"}
 
 
+@pytest.mark.slow
 def test_a_stiffness_that_varies_with_the_teeth_gains_no_energy():
     """Truth: J w^2/2 + J_l w_l^2/2 + (1 + v) K d^2/2 stays as it began, where nothing drives and nothing rubs."""
     free = {

@@ -104,6 +104,7 @@ def test_all_that_may_stand_beside_has_words():
     assert not any("{" in each for each in words.values())
 
 
+@pytest.mark.slow
 def test_a_rival_with_an_amplitude_is_none_of_it_where_that_is_0():
     """Truth: the mechanism itself."""
     plain = catalogue_mechanism()

@@ -109,6 +109,7 @@ line_of_sight = [0.01]
 """
 
 
+@pytest.mark.slow
 def test_a_budget_has_them(tmp_path, note):
     """Derived: frequencies as above to 0.1 %, names in the budget's numbers and in its table of lines."""
     rate = 0.205

@@ -65,6 +65,7 @@ def test_a_threshold_exists_which_clamps_on_both_sides_raise_and_lower_friction_
     assert hot < cold < both
 
 
+@pytest.mark.slow
 def test_at_a_voltage_between_the_wrong_clamp_predicts_stability():
     """Truth: the published mistake: with diodes on both sides the model follows, with the real ones it does not."""
     assert is_lost(drive(COLD), 40.0)

@@ -60,6 +60,7 @@ def test_frequencies_that_the_structure_does_not_cover_count_as_nothing_and_are_
     assert quantity.uncovered_share(frequency, lines) == pytest.approx(0.8)
 
 
+@pytest.mark.slow
 def test_the_level_is_that_of_a_budget(seen, fit):
     estimate, rate = flying_estimate(fit, Flight()), 30.0
     mode = OperatingMode(
@@ -72,6 +73,7 @@ def test_the_level_is_that_of_a_budget(seen, fit):
     assert seen.improvement.gains[0].after == pytest.approx(np.sqrt(np.sum(rms**2)), rel=1e-2)
 
 
+@pytest.mark.slow
 def test_the_line_of_sight_falls_and_files_and_page_say_so(seen, tmp_path):
     assert seen.improvement.gains[0].gain_db > 6.0
     seen.write(tmp_path)

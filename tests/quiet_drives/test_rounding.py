@@ -45,7 +45,7 @@ def cost(mechanism):
     return TableCost(design_places([mechanism], base, (30.0,), (28.0, 33.0)), (1.0, 2.0), base, 1.0)
 
 
-@pytest.mark.parametrize("bits", [6, 8, 10])
+@pytest.mark.parametrize("bits", [6, *(pytest.param(one, marks=pytest.mark.slow) for one in (8, 10))])
 def test_rounding_with_the_cost_is_better_than_plain_rounding(found, cost, bits):
     """Truth: both true costs, each simulated at all rates; 0.03, 0.07, 0.17 of the plain one measured."""
     rounded = round_table(found.exact, cost, table_entries(8, mirrored=True), bits, 1.0)

@@ -63,6 +63,7 @@ def test_a_fit_of_channels_is_read_back(joint, tmp_path):
     assert read_fit(tmp_path / "estimate.json", joint.campaign).records == joint.fit.records
 
 
+@pytest.mark.slow
 def test_figures_of_a_channel_carry_its_own_unit(joint):
     """Also in a browser: labels and tips of the script's figures, which are made for a torque."""
     write_report(joint.data, joint.campaign, joint.fit, joint.validation, joint.folder / "out")

@@ -10,7 +10,7 @@ import pytest
 from paper import RECORDS, SWEEP, mechanism
 from runs import base, rms, run_kernel, run_twin, state_after
 
-LONG = [("full_23", "paper"), ("full_92", "paper"), ("micro_46", "unit_dc")]
+LONG = [("full_46", "paper"), ("full_23", "paper"), ("full_92", "paper"), ("micro_46", "unit_dc")]
 CASES = [
     ("full_5", "paper"),
     ("full_23", "paper"),

@@ -12,6 +12,7 @@ from side_by_side import BASE, FULL, MICRO, alone, around, assert_same, begun
 DEFAULT = ("paper", "direct_torque_drive")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [name if name in DEFAULT else pytest.param(name, marks=pytest.mark.slow) for name in VARIANTS]
 )

@@ -109,6 +109,7 @@ def test_sensitivities_are_those_of_the_twin_and_of_differences(changes):
         assert off.sum() <= 5, m.plant.parameters[i]
 
 
+@pytest.mark.slow
 def test_switches_of_different_blocks_fall_into_one_sample():
     """Truth: the twin, at 1 kHz, where many samples hold several switches."""
     m, time_base = paper_with(LAYOUTS["three switches"]), base(0.25, rate_hz=1e3)
@@ -179,6 +180,7 @@ def test_two_switches_at_one_instant_are_both_taken():
     assert rms(twin.y[:, 0] - x) <= 1e-5 * rms(x)
 
 
+@pytest.mark.slow
 def test_an_edge_that_throws_a_stuck_body_releases_it_at_that_instant():
     """Truth: x = (F - T_c)(t - t_0)^2/2J from the edge at t_0 on; static friction moves neither x nor the instant."""
     m = mechanism_of(
@@ -205,6 +207,7 @@ def test_an_edge_that_throws_a_stuck_body_releases_it_at_that_instant():
     np.testing.assert_allclose(twin.jacobian[:, 0], expected, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_body_that_begins_in_motion_runs_out():
     """Truth: J w' = -T_v w from w(0) = v: x = v tau (1 - exp(-t/tau)), tau = J/T_v, and dx/dv = x/v."""
     m = mechanism_of(
@@ -228,6 +231,7 @@ def test_a_body_that_begins_in_motion_runs_out():
     np.testing.assert_allclose(twin.jacobian[:, 0, 0], x / 3.0, rtol=0, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_a_brushed_motor_answers_a_voltage_as_its_linear_equations():
     """Truth: the matrix exponential of winding, shaft and spring without dry friction; and the twin's sensitivities."""
     table = changed(

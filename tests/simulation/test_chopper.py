@@ -61,6 +61,7 @@ def finely_sampled(m, seconds):
     return run, np.asarray(run.values["current_phase_a"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_coil_at_rest_goes_through_its_exponentials(name):
     """Truth: the exponentials from peak to valley and back, whose times are known where a band or a clock ends them."""

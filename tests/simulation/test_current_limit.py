@@ -17,6 +17,7 @@ def limit(**values):
     return changed(LIMITED, {"stepper": {"current_limit": values}})
 
 
+@pytest.mark.slow
 def test_a_coil_at_rest_fills_by_its_exponential():
     """Truth: i = U/R - (U/R + I sin 45 deg) exp(-t R/L) up to I sin 45 deg, which it then holds."""
     m = paper_with(changed(LIMITED, HELD))

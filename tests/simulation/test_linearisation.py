@@ -50,6 +50,7 @@ def test_a_wing_on_a_gear():
     np.testing.assert_allclose(gain, [0.052, 2.70, 0.005], rtol=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "layout",
     [

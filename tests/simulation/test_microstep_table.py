@@ -37,6 +37,7 @@ def test_a_table_turns_what_is_commanded(microsteps):
     assert rms(torque - expected) <= 1e-5 * rms(expected)
 
 
+@pytest.mark.slow
 def test_a_square_wave_comes_from_no_table():
     """Truth: the same mechanism without the table, both phases fully on in every full step."""
     square = Command(

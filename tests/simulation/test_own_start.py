@@ -44,6 +44,7 @@ def torque(mechanism, start, *, command=COMMAND, time_base=None, p=None, directi
     return np.concatenate([y for y, _ in blocks]), np.concatenate([J for _, J in blocks])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "layout",
     [
@@ -99,6 +100,7 @@ def test_a_run_begun_in_motion_goes_on_as_the_whole_one(rate, begun_s):
     )
 
 
+@pytest.mark.slow
 def test_a_held_rotor_stops_at_once_and_its_load_does_not():
     """Truth: differences: friction takes a small rate from the rotor, the load behind the gear keeps its part.
 

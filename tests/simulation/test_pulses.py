@@ -67,6 +67,7 @@ def test_a_coil_at_rest_fills_and_empties_by_its_exponentials():
     np.testing.assert_allclose(found, np.where(since > 0.0, expected, 0.0), atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["open", pytest.param("open halves", marks=pytest.mark.slow)])
 def test_its_energy_balances(name):
     """Truth: what the terminals take is heat, friction, energy stored and work, to 1e-9 of what they take."""

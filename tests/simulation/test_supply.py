@@ -29,6 +29,7 @@ def test_currents_begin_settled_behind_the_source(apart):
         assert x[names.index("i_A")] == pytest.approx(-5.7 / (9.9 + 1.4), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_its_resistance_has_its_derivative():
     """Truth: the twin's variational equations, and central differences; at an ideal source one to the right."""
     command, time_base = constant(46.0, microsteps=4), base(0.06)

@@ -45,6 +45,7 @@ def test_jumps_are_those_of_the_torque(geared):
             assert y[k + 3] - y[k - 1] == pytest.approx(rise, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_batch_notes_what_each_of_its_runs_notes_alone(geared):
     """Truth: each run alone."""
     values = geared.kernel_values()
@@ -68,7 +69,7 @@ def test_a_torque_behind_a_flexible_housing_does_not_jump():
     assert run.buffers.events.size == 0
 
 
-@pytest.mark.parametrize("other", [{"housing": None}, LAYOUTS["output_friction"]])
+@pytest.mark.parametrize("other", [{"housing": None}, pytest.param(LAYOUTS["output_friction"], marks=pytest.mark.slow)])
 def test_stick_and_slip_that_the_torque_shows_are_noted(other):
     """Truth: the switches that the run logs, and a torque that jumps at some of them."""
     mechanism = mechanism_of(changed(paper_table(), other))

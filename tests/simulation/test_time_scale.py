@@ -85,6 +85,7 @@ def test_runs_side_by_side_have_clocks_of_their_own():
         np.testing.assert_allclose(y, alone, rtol=0, atol=1e-9 * rms(alone))
 
 
+@pytest.mark.slow
 def test_derivatives_are_per_value_in_true_time():
     """Truth: central differences; parameters with and without a unit of time, and a state of the start."""
     mechanism = mechanism_of(VARIANTS["paper"])

@@ -15,7 +15,6 @@ from mechid.identification.computation.journal import Journal
 from mechid.simulation.interruption import check_interruption
 from mechid.web.figures import RESIDUAL_HEIGHT, TORQUE_HEIGHT
 from mechid.web.session import Session
-from mechid.web.tab import RELOAD_S
 
 KNOB = "gear.stiffness"
 SECONDS = 60.0
@@ -185,6 +184,7 @@ def test_a_sweep_is_shown_over_time_and_frequency_and_follows_when_the_slider_re
     assert faults(browser) == []
 
 
+@pytest.mark.slow
 def test_a_zoom_shows_every_sample(browser, address, source):
     opened(browser, address)
     browser.execute_script(
@@ -304,6 +304,13 @@ def endless_search(monkeypatch):
     monkeypatch.setattr("mechid.web.session.identify", endless)
 
 
+@pytest.fixture
+def short_reload_s(monkeypatch):
+    """Let a page count as closed after 3 s, and return this time."""
+    monkeypatch.setattr("mechid.web.tab.RELOAD_S", 3.0)
+    return 3.0
+
+
 @pytest.mark.usefixtures("endless_search")
 def test_cancel_keeps_what_is_set(browser, address):
     opened(browser, address)
@@ -326,7 +333,7 @@ def fits_at_work():
 
 
 @pytest.mark.usefixtures("endless_search")
-def test_closing_the_page_ends_its_fit(browser, address):
+def test_closing_the_page_ends_its_fit(browser, address, short_reload_s):
     """Truth: the thread of a fit without an end of its own; a page that is loaded anew comes back sooner."""
     opened(browser, address)
     first = browser.current_window_handle
@@ -339,12 +346,12 @@ def test_closing_the_page_ends_its_fit(browser, address):
     browser.close()
     browser.switch_to.window(first)
     for fit in fits:
-        fit.join(RELOAD_S + 5.0)
+        fit.join(short_reload_s + 5.0)
     assert fits_at_work() == []
 
 
 @pytest.mark.usefixtures("endless_search")
-def test_a_page_loaded_anew_keeps_values_undo_and_the_fit_at_work(browser, address):
+def test_a_page_loaded_anew_keeps_values_undo_and_the_fit_at_work(browser, address, short_reload_s):
     """Truth: what was set before, and the fit's own thread, which is the same."""
     opened(browser, address)
     asked(browser, do="turn", name=KNOB, value=700.0)
@@ -357,7 +364,7 @@ def test_a_page_loaded_anew_keeps_values_undo_and_the_fit_at_work(browser, addre
     until(browser, "return mechid.state().run?.state === 'running'")
     assert told(browser)["knobs"][KNOB]["value"] == 701.0
     assert fits_at_work() == fits
-    time.sleep(RELOAD_S + 1.0)  # the page that was left is not taken for one that closed
+    time.sleep(short_reload_s + 1.0)  # the page that was left is not taken for one that closed
     assert fits_at_work() == fits
     asked(browser, do="undo")
     assert told(browser)["knobs"][KNOB]["value"] == 700.0
@@ -475,6 +482,7 @@ def test_the_switch_of_an_effect_moves_the_curves_at_once_and_undo_takes_it_back
     assert faults(browser) == []
 
 
+@pytest.mark.slow
 def test_terms_that_a_fit_elsewhere_added_get_sliders(browser, following, lacking, whole, monkeypatch):
     """Truth: the mechanism that the records are of. The fit's estimate is made up, its journal is a real one."""
     (address, path), (_, estimate) = following, lacking

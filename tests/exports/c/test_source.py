@@ -95,6 +95,7 @@ def test_compilers_have_nothing_to_say_of_any_block(name, tmp_path):
         compile_with(compiler, tmp_path)
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_sanitizers_and_valgrind_find_nothing(tmp_path):
     """Truth: UBSan and ASan end the program at the first thing they find; valgrind answers with 9."""

@@ -262,6 +262,7 @@ def test_fmpy_has_nothing_to_say(unit, version):
     assert "No problems found" in done.stdout
 
 
+@pytest.mark.slow
 def test_the_bench_variant_has_the_housing(paper, tmp_path):
     """Truth: the kernel of the bench, housing and all; and what is said of it."""
     done = write_export(paper, "fmu", tmp_path, Options(stand=True))

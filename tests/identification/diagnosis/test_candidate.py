@@ -60,7 +60,7 @@ def measured_with(model, effect):
     return replace(model, setting=replace(model.setting, problem=problem)).at(values)
 
 
-@KINDS
+@pytest.mark.parametrize("effect", [*(pytest.param(one, marks=pytest.mark.slow) for one in (TERM, LAW)), DISTURBANCE])
 def test_an_effect_enters_a_model_and_leaves_it(plain, effect):
     """Truth: at its null value it changes nothing; without it, the problem is the same to the last bit."""
     wide = plain.add_effect(effect)
@@ -76,6 +76,7 @@ def test_an_effect_enters_a_model_and_leaves_it(plain, effect):
     assert less.problem.norms(plain.q, plain.setting.windows) == plain.problem.norms(plain.q, plain.setting.windows)
 
 
+@pytest.mark.slow
 @KINDS
 def test_an_effect_is_scored_selected_kept_and_declared(plain, effect, tmp_path):
     """Truth: the size with which the records were made."""

@@ -4,6 +4,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from mechid.campaign import catalogue_mechanism
 from mechid.command import RateProfile
@@ -15,6 +16,7 @@ from mechid.identification.identify import identify
 from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
 
 
+@pytest.mark.slow
 def test_hum_that_the_fit_has_found_is_named():
     """Truth: 50 Hz of 5 mN m with a third of it at 150 Hz, added to a record whose rate varies."""
     command = replace(COMMANDS["micro_46"], rate=RateProfile.through([(0.0, 10.0), (2.0, 60.0)]))

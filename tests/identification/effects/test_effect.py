@@ -57,7 +57,7 @@ def test_a_law_stands_in_place_only_where_no_parameter_is_lost():
 def wide_problem():
     """Return the problem of a short record with some terms free, and that of the mechanism alone."""
     made = bench(displaced(truth(), {"gear.stiffness": 1.01}), truth(), "full_46", seed=5, seconds=0.05)
-    plain, superset = make_problem(made, 1), superset_of(made.mechanism, grown_only=True)
+    plain, superset = make_problem(made, 1), superset_of(made.mechanism, only=NAMES)
     added = add_terms(superset, NAMES)
     wide = share_kernel(added.problem(plain), superset)
     return plain, wide, added
@@ -79,7 +79,7 @@ def test_a_start_is_transferred_to_the_null_of_its_terms():
 def test_any_choice_of_terms_shares_a_kernel():
     """Truth: the digest by which kernels are kept, of the plant and the number of lanes."""
     plain, wide, _ = wide_problem()
-    superset = superset_of(plain.space.mechanism, grown_only=True)
+    superset = superset_of(plain.space.mechanism, only=NAMES)
     every = share_kernel(add_terms(superset, [term.name for term in superset.terms]).problem(plain), superset)
     names = {fingerprint(p.space.mechanism.plant, lanes_for(p.coordinates.lanes)) for p in (wide, every)}
     assert len(names) == 1
@@ -127,6 +127,7 @@ def test_records_are_followed_although_the_file_lacks_a_harmonic(allowed):
         assert np.sqrt(np.mean(np.square(off))) < 2.5
 
 
+@pytest.mark.slow
 def test_a_low_pass_is_not_called_delays_of_the_records():
     """Truth: the mechanism that made the records, and a filter of order 2 at 1.9 kHz that the file lacks."""
     made_by = mechanism_from_table({**CATALOGUE, "anti_alias": {"order": 2, "frequency": 12e3}}, "filtered")

@@ -88,7 +88,7 @@ def test_a_reader_is_told_what_the_measured_has_beside_the_model(made):
     assert told.residual_rms < 1e-12
 
 
-@pytest.fixture(scope="module", params=["backlash", "output_friction"])
+@pytest.fixture(scope="module", params=["backlash", pytest.param("output_friction", marks=pytest.mark.slow)])
 def jumping(request):
     """Return a problem whose torque jumps, a target with noise of 1 mN m, that noise, and samples, shares, rises."""
     mechanism = mechanism_of(changed(paper_table(), LAYOUTS[request.param]))

@@ -62,6 +62,7 @@ print(abs(R[0, 0]), abs(R[1, 1]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".nbc", pytest.param(".nbi", marks=pytest.mark.slow)])
 def test_damaged_machine_code_is_made_anew(tmp_path, suffix):
     """Truth: lengths of a right-angled triangle, 5 and 3; damaged machine code that is loaded ends Python."""

@@ -52,6 +52,7 @@ def test_other_poles_are_named_with_the_value_that_fits(poles):
     assert "period_deg" not in line
 
 
+@pytest.mark.slow
 def test_poles_are_named_with_detents_that_were_declared_by_them():
     """Truth: 100 poles, detents of one and two full steps; the file has half the poles and twice the periods."""
     table = changed(paper_table(), {"stepper": {"poles": 50}})
@@ -81,6 +82,7 @@ def test_an_inertia_that_would_do_as_well_is_named_beside_the_ratio():
     assert "load.inertia = 0.00" in line
 
 
+@pytest.mark.slow
 def test_nothing_is_said_where_no_count_explains_the_records():
     """Truth: a model without the housing, whose misfit no count makes up for."""
     table = paper_table()
@@ -120,6 +122,7 @@ WRONG = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ["kg cm2 the wrong way", pytest.param("bounds above", marks=pytest.mark.slow)])
 def test_the_value_in_the_way_is_found(case):
     """Truth: which value was written wrongly, and the right one within a tenth."""

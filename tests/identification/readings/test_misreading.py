@@ -79,8 +79,9 @@ LONG = (
     "rectified and squared",
     "every second sample of another channel",
     "backwards",
+    "half a thousand times too small",
 )
-"""More than a second each; the default tests have five others."""
+"""More than a second each; the default tests have four others."""
 
 
 @pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one in LONG else one for one in MISREAD])

@@ -70,7 +70,7 @@ def test_a_unit_of_one_record_is_told(scale):
     assert seen(made(data={"full_23": torque("full_23") / scale})).readings == {"full_23": Reading(scale=scale)}
 
 
-@pytest.mark.parametrize("scale", [1e-3, 1e3])
+@pytest.mark.parametrize("scale", [1e-3, pytest.param(1e3, marks=pytest.mark.slow)])
 def test_a_unit_of_all_records_is_told_and_not_changed(scale):
     """Truth: the factor by which all torques were divided."""
     bench = made(data={name: torque(name) / scale for name in NAMES})
@@ -96,7 +96,9 @@ def test_another_rate_is_told():
     assert not sight.doubtful
 
 
-@pytest.mark.parametrize("pair", [("full_46", "micro_46"), ("full_23", "micro_92")])
+@pytest.mark.parametrize(
+    "pair", [("full_46", "micro_46"), pytest.param(("full_23", "micro_92"), marks=pytest.mark.slow)]
+)
 def test_two_records_swapped_are_told(pair):
     """Truth: the data of two records exchanged."""
     one, other = pair

@@ -46,6 +46,7 @@ def test_a_right_declaration_explains_and_a_wrong_rate_does_not(right):
     assert not half.is_better_than(declared)
 
 
+@pytest.mark.slow
 def test_a_term_that_the_file_lacks_explains_a_record_once_it_is_free():
     """Truth: phase offsets of 0.25 and -0.25 V, which the catalogue lacks and which are one of its terms."""
     table = changed(paper_table(), {"stepper": {"imbalance": {"offset_a": 0.25, "offset_b": -0.25}}})

@@ -120,6 +120,7 @@ def test_parameters_are_seen_behind_a_rest_longer_than_a_second():
     assert unseen_parameters(with_rest) == unseen_parameters(without)
 
 
+@pytest.mark.slow
 def test_records_that_begin_half_a_second_early_are_fitted_from_the_catalogue():
     """Truth: the mechanism that made the records."""
     made = campaign(catalogue_mechanism(), *(rested(name, 0.5) for name in COMMANDS))

@@ -139,6 +139,7 @@ def test_a_clock_of_one_record_is_found_there(tmp_path):
     assert report_data(fit)["missing"][0]["text"]["apart"].startswith(", most of all in sweep: -399")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("terms", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_what_is_switched_off_is_not_there(clock, terms):
     """Truth: the fit without, whose residual is beyond its noise."""

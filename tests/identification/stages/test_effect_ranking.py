@@ -32,6 +32,7 @@ def uneven():
     return Families(make_problem(made, 1), made)
 
 
+@pytest.mark.slow
 def test_the_likeliest_single_effect_has_nearly_the_right_number_of_periods():
     """Truth: 130 periods, of which over the first moments 129 or 131 explain nearly as much."""
     made = detent_bench()
@@ -58,12 +59,14 @@ def test_friction_over_the_angle_is_alone_with_its_order(uneven):
     assert uneven.periods(found[0]) == ORDER
 
 
+@pytest.mark.slow
 def test_first_moments_are_not_asked_for_friction_over_the_angle(uneven):
     """Truth: windows of 60 ms, in which the rotor turns by 10 degrees."""
     kinds = rank_effects(uneven, uneven.bare, uneven.plain.start, first_windows(uneven.plain))
     assert not any(uneven.is_slow(name) for names in kinds for name in names)
 
 
+@pytest.mark.slow
 def test_a_plant_has_places_for_friction_over_the_angle_where_one_is_named(uneven):
     """Truth: parameters by name; two orders share a plant."""
     usual = uneven.with_effect(uneven.bare, "record.delay").problem.space.mechanism

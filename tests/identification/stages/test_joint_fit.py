@@ -55,6 +55,7 @@ def plain(records):
     return problem, fitted(problem, problem.start)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.06, 45.0])
 def test_stribeck_friction_is_found_from_where_a_fit_without_it_ends(records, plain, rate):
     """Truth: the friction that made the records. Without it static friction ends at Coulomb friction."""

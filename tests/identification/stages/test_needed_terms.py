@@ -45,6 +45,7 @@ def with_harmonic():
     return grown(HARMONIC)
 
 
+@pytest.mark.slow
 def test_the_term_that_is_there_is_kept_alone_and_laid_out_first(with_harmonic):
     plain, state = with_harmonic
     found = drop_unneeded_terms(state, plain)
@@ -59,11 +60,13 @@ def test_the_term_that_is_there_is_kept_alone_and_laid_out_first(with_harmonic):
     assert found.problem.total_norm(found.q, plain.whole_windows()) ** 2 < 1.05 * samples
 
 
+@pytest.mark.slow
 def test_all_terms_stay_where_no_smaller_set_will_do(with_harmonic):
     plain, state = with_harmonic
     assert drop_unneeded_terms(state, plain, lambda *_: False) is state
 
 
+@pytest.mark.slow
 def test_a_law_in_place_of_another_has_nothing_to_drop(with_harmonic):
     plain, _ = with_harmonic
     mechanism = plain.space.mechanism

@@ -116,6 +116,7 @@ def test_estimates_behind_a_prefilter_scatter_as_reported():
     assert ratio == pytest.approx(1.0, abs=0.1 + 4.0 * np.sqrt(2.0 / draws))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("terms", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_record_with_a_small_model_error_is_judged_by_itself(terms):
     """Truth: a sine of 1.1 sigma that no parameter makes; the model follows all the rest to the end.

@@ -110,6 +110,7 @@ def test_a_declared_level_and_a_followed_record_are_not_raised():
     assert raise_levels(free, whole) is free
 
 
+@pytest.mark.slow
 def test_only_the_channel_that_stops_the_growth_is_raised(tmp_path):
     """Truth: the torque's model is right; the current has a line of 20 times its noise that no model has."""
     m = mechanism_of(paper_table())
