@@ -6,6 +6,7 @@ import pytest
 
 import mechid
 from diagnosis_bench import HARMONIC, made
+from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.diagnosis.diagnosis import diagnose
 from once import once
 from synthetic import TRUTH
@@ -24,8 +25,8 @@ KINDS = (
 
 @pytest.fixture(scope="session")
 def fitted(tmp_path_factory):
-    """Return a campaign that lacks a harmonic, and its fit."""
-    bench = replace(made(HARMONIC), considered=KINDS)
+    """Return a campaign that lacks a harmonic, and its fit as the file is written, which a diagnosis completes."""
+    bench = replace(made(HARMONIC), considered=KINDS, options=IdentifyOptions(terms=False))
     fit = once(tmp_path_factory, "lacking_fit", lambda: mechid.identify(bench, workers=1, near=TRUTH))
     return bench, replace(fit, campaign=bench)
 

@@ -59,7 +59,7 @@ def kernel_source(mechanism: Mechanism, *, sensitivities: int = 0) -> str:
     --------
     >>> import mechid
     >>> mechid.kernel_source(mechid.catalogue_mechanism()).splitlines()[0]
-    '\"\"\"Kernel of stepper_gear_mass with 16 lanes. Made by mechid; do not edit.'
+    '\"\"\"Kernel of stepper_gear_mass with 20 lanes. Made by mechid; do not edit.'
     """
     if sensitivities < 0:
         raise UsageError(f"sensitivities: {sensitivities} is negative; give a number of parameters, or 0")

@@ -32,11 +32,14 @@ LOOP = ("sines", "memory", "filter", "guards", "lanes", "switches", "advance")
 """Modules common to all plants, in the order in which a kernel needs them; the plant's functions follow the first."""
 TERMS = 48
 """Largest number of terms in the series of the filter's propagator; enough for rates up to ten per step."""
+FEWEST_GROUPS = 5
+"""Least number of groups of lanes: with 20 lanes, all commands share one kernel of a mechanism like the paper's, which
+has 20 parameters. A group more than a run needs costs it 0.7 %, a second kernel 5 s."""
 
 
 def lanes_for(parameters: int) -> int:
-    """Return the lane count for a number of directions: whole groups, at least four of them."""
-    return max(-(-parameters // WIDTH), 4) * WIDTH
+    """Return the lane count for a number of directions: whole groups, at least `FEWEST_GROUPS` of them."""
+    return max(-(-parameters // WIDTH), FEWEST_GROUPS) * WIDTH
 
 
 def fingerprint(plant: Plant, lanes: int) -> str:
