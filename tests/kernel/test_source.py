@@ -23,3 +23,9 @@ def test_the_kernel_s_text_is_the_one_that_is_kept(name, update_golden):
 
 def test_every_kept_text_belongs_to_a_mechanism():
     assert {path.stem for path in FOLDER.iterdir()} == set(NAMES)
+
+
+def test_lanes_are_whole_groups_and_a_simulation_s_kernel_serves_a_fit_of_twenty_parameters():
+    """Truth: groups of four by hand; twenty, so that check, identify and budget share the kernel of a mechanism."""
+    assert {lanes_for(count) for count in (0, 1, 16, 17, 20)} == {20}
+    assert [lanes_for(count) for count in (21, 24, 25)] == [24, 24, 28]
