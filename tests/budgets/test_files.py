@@ -13,6 +13,7 @@ from mechid.budgets import budget as budget_module
 from mechid.budgets.bench_to_flight import BenchToFlight
 from mechid.budgets.budget import make_budget
 from mechid.budgets.budget_file import read_budget_file
+from mechid.budgets.example import STRUCTURE
 from mechid.budgets.files import budget_texts
 from mechid.budgets.flying_mechanism import flying_estimate
 from mechid.budgets.numbers import budget_numbers
@@ -52,14 +53,6 @@ interpretation = "temporal"
 confidence = 0.95
 evaluation_period_s = 60.0
 """
-MODES = """\
-line_of_sight = ["x", "y"]
-[[mode]]
-frequency_hz = 21.0
-damping = 0.005
-interface = 0.15
-line_of_sight = [-0.04, 0.02]
-"""
 
 
 def of_bench(rng, rate):
@@ -80,7 +73,7 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("budget")
     fit = read_fit(write_estimate_of_paper(folder, fit_percent=99.0))
     (folder / "budget.toml").write_text(BUDGET, encoding="utf-8")
-    (folder / "structure.toml").write_text(MODES, encoding="utf-8")
+    (folder / "structure.toml").write_text(STRUCTURE, encoding="utf-8")
     rng = np.random.default_rng(3)
     source = ResidualSource(tuple(of_bench(rng, rate) for rate in (18.0, 19.5, 20.5, 22.0)), BenchToFlight(None))
 

@@ -28,10 +28,11 @@ from mechid.identification.readings.finding import Confidence, Finding, reading_
 from mechid.identification.readings.rules import RULES
 from mechid.identification.readings.trial import first_moments
 from mechid.identification.search.box import sample_box
-from mechid.identification.search.first_moments import first_residual, first_samples, robust_cost
+from mechid.identification.search.first_moments import first_residuals, first_samples, robust_costs
 from mechid.identification.search.gates import Growth, grow_horizons
 from mechid.identification.search.multistart import Candidate, refine
 from mechid.identification.search.settings import SEARCH
+from mechid.kernel.batch.source import SETS
 from mechid.units import unit_words
 
 Tell = Callable[[str], None]
@@ -218,12 +219,13 @@ def start_points(problem: Problem, seed: int) -> list[FloatArray]:
 
 def _first_look(problem: Problem, points: list[FloatArray]) -> FloatArray:
     """Return the cost of each record's first window at each point, (points, records)."""
-    return np.array(map_tasks(partial(_first_window_costs, problem), points, problem.workers))
+    tasks = [points[k : k + SETS] for k in range(0, len(points), SETS)]
+    return np.concatenate(map_tasks(partial(_first_window_costs, problem), tasks, problem.workers))
 
 
-def _first_window_costs(problem: Problem, q: FloatArray) -> list[float]:
-    """Return the robust cost of each record's first window."""
-    return [robust_cost(first_residual(problem, t, q)) for t in problem.targets]
+def _first_window_costs(problem: Problem, points: list[FloatArray]) -> FloatArray:
+    """Return the robust cost of each record's first window at each point, (points, records)."""
+    return np.stack([robust_costs(first_residuals(problem.model, t, points)) for t in problem.targets], axis=1)
 
 
 def _find_start(problem: Problem, rest: Problem, points: list[FloatArray], costs: FloatArray) -> Candidate | None:
