@@ -21,9 +21,11 @@ AMPLITUDE = 0.03
 FREE = ("gear.stiffness", "gear.damping")
 
 
-@pytest.fixture(scope="module")
-def made():
-    """Return the problem of a mechanism without the harmonic that made its record, and a model with three effects."""
+def with_three_effects(only):
+    """Return the problem of a mechanism without the harmonic that made its record, and a model with three effects.
+
+    `only` names the terms of its library; None is all.
+    """
     stepper = {**CATALOGUE["stepper"], "torque_harmonic": [{"order": 3, "amplitude": AMPLITUDE, "phase_deg": 40.0}]}
     made_by = mechanism_from_table({**CATALOGUE, "stepper": stepper}, "with a harmonic").with_values(TRUTH)
     torque = measured(made_by, COMMANDS["full_46"], np.random.default_rng(5), seconds=0.2)
@@ -31,11 +33,16 @@ def made():
         catalogue_mechanism().with_values(TRUTH).with_free(FREE), record("full_46", torque, COMMANDS["full_46"])
     )
     plain = make_problem(own, 1)
-    superset = superset_of(own.mechanism, only=LIBRARY)
+    superset = superset_of(own.mechanism, grown_only=True, only=only)
     delay = next(one for one in possible_disturbances(plain, own) if one.name == "record.delay")
     model = augment(plain, AddedTerms(own.mechanism), superset, [HARMONIC, DETENT], [delay], "three effects")
     q = model.point_of(augment(plain, AddedTerms(own.mechanism), None, (), (), "as written"), plain.start)
     return plain, model, solve(model.problem, q, model.problem.whole_windows(), steps=30, tolerance=1e-6).q
+
+
+@pytest.fixture(scope="module")
+def made():
+    return with_three_effects(LIBRARY)
 
 
 def own_values(problem, q, model):
@@ -112,9 +119,9 @@ def test_a_prior_becomes_wider_where_a_value_of_a_record_stands_at_the_edge(made
 
 
 @pytest.mark.slow
-def test_a_model_laid_out_has_the_same_residual_and_no_place_for_others(made):
+def test_a_model_laid_out_has_the_same_residual_and_no_place_for_others():
     """Truth: the same effects on the plant of all terms, at the same values; the parameters of its plant by count."""
-    plain, model, q = made
+    plain, model, q = with_three_effects(None)
     compact = model.lay_out(plain)
     there = compact.point_of(model, q)
     whole = model.problem.whole_windows()
