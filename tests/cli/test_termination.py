@@ -204,7 +204,7 @@ def test_an_error_that_a_signal_has_caused_is_an_interruption(interrupted, code)
 
 
 LOST = """
-import os, signal, time, weakref
+import os, signal, sys, time, weakref
 from mechid.cli import termination
 class Collected:
     pass
@@ -212,13 +212,23 @@ def signal_this_process(reference):
     os.kill(os.getpid(), signal.SIGTERM)
     for _ in range(1000):
         pass
-signal.signal(signal.SIGINT, signal.SIG_IGN)
-termination.listen_for_signals()
 collected = Collected()
 reference = weakref.ref(collected, signal_this_process)
+def lose_signal():
+    global collected
+    collected = None
+install = signal.signal
+def install_and_lose(number, handler):
+    install(number, handler)
+    if number == signal.SIGTERM:
+        lose_signal()
+install(signal.SIGINT, signal.SIG_IGN)
 began = time.monotonic()
 try:
-    del collected
+    if sys.argv[1] == "set-up":
+        signal.signal = install_and_lose
+    termination.listen_for_signals()
+    lose_signal()
     while time.monotonic() - began < 60.0:
         pass
 except KeyboardInterrupt:
@@ -229,9 +239,10 @@ except KeyboardInterrupt:
 """SIGTERM in the callback of a weak reference, in which Python ignores exceptions; SIGINT is ignored as in a script."""
 
 
-def test_an_interruption_that_python_ignored_is_raised_again():
+@pytest.mark.parametrize("when", ["set-up", "work"])
+def test_an_interruption_that_python_ignored_is_raised_again(when):
     """Truth: Python ignores any exception of such a callback; results are saved only where the main thread has one."""
-    ended = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, check=False)
+    ended = subprocess.run([sys.executable, "-c", LOST, when], capture_output=True, text=True, check=False)
     assert ended.returncode == 130
     assert ended.stderr == "mechid: interrupted\n"
     assert ended.stdout == "results saved\n"

@@ -39,7 +39,12 @@ has 20 parameters. A group more than a run needs costs it 0.7 %, a second kernel
 
 def lanes_for(parameters: int) -> int:
     """Return the lane count for a number of directions: whole groups, at least `FEWEST_GROUPS` of them."""
-    return max(-(-parameters // WIDTH), FEWEST_GROUPS) * WIDTH
+    return max(whole_groups(parameters), FEWEST_GROUPS * WIDTH)
+
+
+def whole_groups(parameters: int) -> int:
+    """Return the lane count for a number of directions where no kernel is shared: whole groups."""
+    return -(-parameters // WIDTH) * WIDTH
 
 
 def fingerprint(plant: Plant, lanes: int) -> str:

@@ -135,10 +135,15 @@ def test_measured_inputs_are_held(tmp_path):
     assert np.all(np.sqrt(np.mean((found - truth) ** 2, axis=0)) < 1e-6 * size)
 
 
+ALL = tuple(q.name for q in mechanism_of(VARIANTS["paper"]).free)
+
+
 @needs_compiler
-def test_sensitivities_are_the_kernel_s(tmp_path):
+@pytest.mark.parametrize(
+    "free", [ALL, ("gear.stiffness", "gear.damping")], ids=["all", "two whose slopes are constant"]
+)
+def test_sensitivities_are_the_kernel_s(tmp_path, free):
     """Truth: the kernel's own sensitivities along the same directions, to 1e-9 of each one's RMS."""
-    free = tuple(q.name for q in mechanism_of(VARIANTS["paper"]).free)
     source = source_of("paper", free=free, sensitive=True)
     write(source, tmp_path)
     (tmp_path / "main.c").write_text(SENSITIVE_MAIN, encoding="utf-8")

@@ -17,7 +17,7 @@ from mechid.kernel.c.module import Module, fold_zeros, module_of
 from mechid.kernel.c.printer import WIDTH, Printer
 from mechid.kernel.expressions import python_text
 from mechid.kernel.physics import function
-from mechid.kernel.source import generate, lanes_for, text_of_loop
+from mechid.kernel.source import generate, text_of_loop, whole_groups
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.phases import STAR
 from mechid.plant.plant import Plant
@@ -66,7 +66,7 @@ class Source:
     @cached_property
     def module(self) -> Module:
         """The kernel, without the parts for sensitivities if these are not requested."""
-        lanes = lanes_for(len(self.free)) if self.sensitive else 0
+        lanes = whole_groups(len(self.free)) if self.sensitive else 0
         parts = [text_of_loop("mechid.kernel", "fours"), generate(self.plant, lanes), _of_file(self.handover.mechanism)]
         if self.sensitive:
             parts.append(_of_file_slopes(self.handover.mechanism, self.free, lanes))
@@ -142,6 +142,7 @@ class Source:
             "kernel": printer.text(),
             "run": self._call(printer, "run", _RUN),
             "begin": self._call(printer, "begin", _BEGIN),
+            "slopes": self._call(printer, "of_file_slopes", _SLOPES) if self.sensitive else "",
             "values": "\n".join(self._initial()),
             "columns": "".join(f",{q}" for q in plant.outputs),
             **{name: inputs.index(name) if name in inputs else -1 for name in STEPS},
@@ -222,6 +223,8 @@ _BEGIN = {
     "discrete": "m->grid.discrete",
     "w": "m->grid.w",
 }
+# Slopes that depend on no value lose their argument of the values.
+_SLOPES = {"f_": "m->value", "p_": "m->directions"}
 
 
 def _of_file(mechanism: Mechanism) -> str:

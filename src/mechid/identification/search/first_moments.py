@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -22,7 +21,6 @@ from mechid.simulation.start import states_in
 from mechid.simulation.trajectory import SimulationOutcome
 
 
-@lru_cache(maxsize=32)  # thousands of starts share it, and the median of the rest costs a third of a simulation
 def first_window(target: Target) -> Window:
     """Return the first window that is compared, in samples.
 

@@ -42,7 +42,6 @@ def first_motion(channel: TargetChannel, within: Window, least: int, block: int)
     return stop
 
 
-@lru_cache(maxsize=32)  # thousands of starts share it
 def rest_window(target: Target) -> Window:
     """Return the samples at rest after the burn-in, without those that a late first window includes."""
     moves = motion_start(target, SEARCH.longest_rest_s)
